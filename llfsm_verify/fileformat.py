@@ -20,6 +20,6 @@ def judge_format(written: str, what: str, key: str) -> tuple[str, str] | None:
     if written == str(FORMAT):
         return None
     if written.isascii() and written.isdigit() and len(written) <= _MOST_DIGITS and int(written) > FORMAT:
-        message = f"{what} is of format {int(written)}, and this version of llfsm-verify knows {FORMAT}"
+        message = f"{what} is of format {int(written)}, but this version of llfsm-verify knows only {FORMAT}"
         return message, "install a later version of llfsm-verify"
     return f"there is no format `{written[:20]}` of files", f"write `{key}: {FORMAT}`"

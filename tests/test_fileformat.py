@@ -59,7 +59,7 @@ def test_every_file_is_judged_alike(code: str, number: str, tmp_path: Path, monk
 
 def test_what_is_said() -> None:
     assert judge_format("1", "the file", "format") is None
-    later = "the file is of format 2, and this version of llfsm-verify knows 1"
+    later = "the file is of format 2, but this version of llfsm-verify knows only 1"
     assert judge_format("2", "the file", "format") == (later, "install a later version of llfsm-verify")
     for wrong in ("0", "01", "-1", "", "one", "²", "9" * 10):
         assert judge_format(wrong, "the file", "format") == (

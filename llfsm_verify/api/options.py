@@ -50,7 +50,7 @@ class CheckOptions(QueryOptions, total=False):
     vacuity: bool | None
     """Look at every subformula of properties that hold."""
     accept_vacuity: Collection[str] | None
-    """Names of properties that may hold emptily."""
+    """Names of properties that may hold vacuously."""
     allow_contradiction: bool | None
     """A property holds where no run satisfies the assumptions; otherwise it is unknown."""
     witnesses: bool | None
@@ -152,7 +152,7 @@ def checked(what: str, given: Given, known: type) -> Given:
     for name, value in found.items():
         words, fits = WANTED[name]
         if not fits(value):
-            raise ValueError(f"the option `{name}` wants {words}, not {value!r}")
+            raise ValueError(f"the option `{name}` needs {words}, not {value!r}")
     return found
 
 

@@ -80,7 +80,7 @@ class CheckResult:
 
     @property
     def exit_code(self) -> int:
-        """As the command line's: 0 all hold, 1 something is violated, or holds emptily and the check was `strict`,
+        """As the command line's: 0 all hold, 1 something is violated, or holds vacuously and the check was `strict`,
         4 something is unknown, 130 interrupted."""
         return self.wrapped.exit_code
 
@@ -158,7 +158,7 @@ class PropertyOutcome:
 
     @property
     def name(self) -> str:
-        """What it is called; a formula without a name is called after its line, such as ``L1``."""
+        """What it is called; a formula without a name is named after its line, such as ``L1``."""
         return self.wrapped.name
 
     @property

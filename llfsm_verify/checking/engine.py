@@ -129,7 +129,7 @@ class Session(ABC):
 
     asks_again: bool = False
     """Goals that are stronger than those that hold may be put to a new session, with little `Options.effort`, to see
-    whether they hold emptily."""
+    whether they hold vacuously."""
 
     @abstractmethod
     def search(self) -> None:

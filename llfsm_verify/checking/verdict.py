@@ -132,7 +132,7 @@ class Result:
     attempts: tuple[Attempt, ...] = ()
     """What each engine did, where several were asked."""
     strict: bool = False
-    """A property that holds emptily fails the check, and one that could not be looked at leaves it unknown."""
+    """A property that holds vacuously fails the check, and one that could not be looked at leaves it unknown."""
     asked_vacuity: bool = False
     """All that makes passes empty was asked for."""
     notes: tuple[str, ...] = ()
@@ -205,9 +205,9 @@ class Options:
     vacuity: Literal["antecedents", "all"] = "antecedents"
     """How far to look at properties that hold: for little time, or at every subformula."""
     strict: bool = False
-    """A property that holds emptily is a failure; `vacuity` is then "all"."""
+    """A property that holds vacuously is a failure; `vacuity` is then "all"."""
     accepted: frozenset[str] = frozenset()
-    """Properties that may hold emptily."""
+    """Properties that may hold vacuously."""
     allow_contradiction: bool = False
     """A property holds where no run satisfies the assumptions; otherwise it is unknown."""
     witnesses: bool = False

@@ -154,7 +154,7 @@ def _property_arguments(parser: Parser) -> None:
         second = {"accepts": " 'a&!b;cycle{b}'", "equivalent": " 'b || (a && X (a U b))'", "implies": " 'F b'"}
         question.about(text[0].upper() + text[1:] + ".", f"llfsm property {name} 'a U b'{second.get(name, '')}", codes)
         add = question.add_argument
-        of_pairs = f"; or {pairs[name]}; in files a tab stands between the two" if name in pairs else ""
+        of_pairs = f"; or {pairs[name]}; in files a tab separates the two" if name in pairs else ""
         add(
             "input",
             metavar="INPUT",
@@ -209,7 +209,7 @@ def _monitor_arguments(parser: Parser) -> None:
     )
     only(parser)
     syntax(parser)
-    add("--arrangement", metavar="FILE", help="the arrangement: types for a machine, and what it can miss")
+    add("--arrangement", metavar="FILE", help="the arrangement: the types for a machine, and what the machine can miss")
     repeatable(
         parser,
         "--set",
@@ -262,7 +262,13 @@ def _check_arguments(parser: Parser) -> None:
         "llfsm check models",
     )
     add = parser.add_argument
-    add("paths", metavar="PATH", nargs="*", default=["."], help="files, and folders with all below (default: here)")
+    add(
+        "paths",
+        metavar="PATH",
+        nargs="*",
+        default=["."],
+        help="files, or folders and all that is below (default: this folder)",
+    )
     add("-q", "--quiet", action="store_true", help="print only what fails")
     colour(parser)
 
@@ -274,17 +280,25 @@ def _init_arguments(parser: Parser) -> None:
         "exit codes: 0 written, 2 wrong usage, 3 a file is there already, or cannot be written",
     )
     add = parser.add_argument
-    add("directory", metavar="DIR", nargs="?", default=".", help="where (default: here); made when it is not there")
+    add(
+        "directory",
+        metavar="DIR",
+        nargs="?",
+        default=".",
+        help="the folder, made if it does not exist (default: this folder)",
+    )
     add("--name", metavar="NAME", help="the name of the arrangement (default: that of the folder)")
 
 
 def _explain_arguments(parser: Parser) -> None:
     parser.about(
-        "Say what a diagnostic means, with an example and how to mend it.",
+        "Say what a diagnostic means, with an example and how to correct it.",
         "llfsm explain E110",
         "exit codes: 0 explained, 2 wrong usage, or there is no such code",
     )
-    parser.add_argument("code", metavar="CODE", nargs="*", help="such as E110; none: list all, with what each means")
+    parser.add_argument(
+        "code", metavar="CODE", nargs="*", help="such as E110 (default: list all codes with their meaning)"
+    )
 
 
 def _completion_arguments(parser: Parser) -> None:

@@ -38,7 +38,7 @@ def lint_arguments(parser: Parser) -> None:
     )
     add = parser.add_argument
     arrangement(parser)
-    property_files(parser, "property files: what they read is read")
+    property_files(parser, "property files: variables that they read count as read")
     property_lines(parser)
     add("--format", choices=LINT, default="text", help="how to report (default: %(default)s)")
     add("--local", action="store_true", help="use only proofs about single turns, and do not explore configurations")

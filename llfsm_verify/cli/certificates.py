@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def certificate_mistake(options: Namespace) -> str | None:
     """What is wrong with the options about certificates."""
     if options.certificate in ("", "-") or options.check_certificate in ("", "-"):
-        return "--certificate and --check-certificate want the name of a file"
+        return "--certificate and --check-certificate need the name of a file"
     if options.certificate is not None and options.check_certificate is not None:
         return "--certificate writes a file and --check-certificate reads one: use one of them at a time"
     if options.check_certificate is not None and options.format != "text":

@@ -42,22 +42,22 @@ def guard_arguments(parser: Parser) -> None:
         "--fallback",
         metavar="OUTPUT=VALUE",
         text="route this output, and write this value instead of the requested one once a property is violated: an "
-        "expression, in which OUTPUT is what was wished",
+        "expression, in which OUTPUT is the requested value",
     )
     repeatable(
         parser,
         "--guard",
         metavar="MACHINE",
-        text="a machine of which nothing is assumed (default: all that write a routed output)",
+        text="a machine about which nothing is assumed (default: all that write a routed output)",
     )
     repeatable(
         parser,
         "--react",
         metavar="COMMAND",
         text="what the switch does to another machine once a property is violated: 'suspend M', 'resume M', "
-        "'restart M', 'load M' or 'unload M'; with --for and --until it takes it back",
+        "'restart M', 'load M' or 'unload M'; --for and --until take it back",
     )
-    add("--monitor", metavar="FILE", help="a machine of yours, in place of monitors made from the properties")
+    add("--monitor", metavar="FILE", help="your own machine, in place of monitors made from the properties")
     add(
         "--for", dest="hold", metavar="TIME", type=_time, help="requested values count again after this time: 2s, 500ms"
     )
@@ -66,15 +66,15 @@ def guard_arguments(parser: Parser) -> None:
         parser,
         "--outside",
         metavar="COMMAND",
-        text="instead: a guard outside, as `llfsm whiteboard watch --command` is one, that gives this command when a "
-        "property is violated; say how late it is at worst, and prove it",
+        text="in place of --fallback: a guard outside, such as `llfsm whiteboard watch --command`, that gives this "
+        "command when a property is violated; say how late it is at worst, and prove it",
     )
-    add("--every", metavar="N", type=positive, help="of a guard outside: it looks once in any N cycles (default: 1)")
+    add("--every", metavar="N", type=positive, help="for a guard outside: it looks once in any N cycles (default: 1)")
     add(
         "--looks",
         metavar="N",
         type=positive,
-        help="of a guard outside: it commands in its Nth look at the violation (default: 1)",
+        help="for a guard outside: it commands in its Nth look at the violation (default: 1)",
     )
     add("-o", "--output", metavar="FOLDER", help="write the files of the guarded arrangement there")
     add("--no-proof", action="store_true", help="write the files without a proof")

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def invariants_mistake(options: Namespace) -> str | None:
     """What is wrong with the options about invariants."""
     if options.save_invariants in ("", "-") or options.check_invariants in ("", "-"):
-        return "--save-invariants and --check-invariants want the name of a file"
+        return "--save-invariants and --check-invariants need the name of a file"
     if options.save_invariants is not None and options.check_invariants is not None:
         return "--save-invariants writes a file and --check-invariants reads one: use one of them at a time"
     if options.check_invariants is not None and options.format != "text":

@@ -80,7 +80,7 @@ def run_arguments(parser: Parser) -> None:
         default="report",
         help="what to do when a monitored property is violated (default: %(default)s)",
     )
-    add("--priority", metavar="1-99", type=priority, help="ask for the first-in-first-out schedule of the system")
+    add("--priority", metavar="1-99", type=priority, help="ask the system for its first-in-first-out schedule")
     add(
         "--processes",
         choices=("separate", "together"),
@@ -88,7 +88,7 @@ def run_arguments(parser: Parser) -> None:
         help="each process of the arrangement is one of the system, or one runs them all (default: %(default)s)",
     )
     add("--whiteboard", metavar="NAME", help="let others read its frames and post its inputs under this name")
-    add("--ports", metavar="FILE", help="YAML: how inputs and outputs reach the world: `llfsm schema ports`")
+    add("--ports", metavar="FILE", help="YAML: how inputs and outputs reach the world (see `llfsm schema ports`)")
     add("--record", metavar="FILE", help="write a recording, for `llfsm replay`")
     add(
         "--load-timeout",
@@ -102,9 +102,9 @@ def run_arguments(parser: Parser) -> None:
         metavar="SIZE",
         type=size,
         default=DEFAULT.memory,
-        help="the same of memory, such as 500M or 2G (default: 1G)",
+        help="the same for memory, such as 500M or 2G (default: 1G)",
     )
-    add("--audit", metavar="LOG", help="append to this log what others ask over the whiteboard: `llfsm audit`")
+    add("--audit", metavar="LOG", help="append to this log what others ask over the whiteboard (see `llfsm audit`)")
     add("--panel", action="store_true", help="show states, slots and lateness while it runs, in a terminal")
 
 
@@ -130,7 +130,7 @@ def recording_arguments(parser: Parser) -> None:
     """Of `llfsm check-recording`."""
     parser.about(
         "Decide properties on a recording of `llfsm run`, or on a log that others wrote: violated or satisfied by what "
-        "happened, whatever came after, or undecided at its end.",
+        "happened, whatever comes after, or undecided at its end.",
         "llfsm check-recording run.rec properties.ltl",
         "exit codes: 0 no property is violated, 1 one is, 2 wrong usage, 3 files wrong or unreadable, 4 undecided",
     )
@@ -139,7 +139,7 @@ def recording_arguments(parser: Parser) -> None:
     property_files(parser)
     property_lines(parser)
     other_arrangement(parser, "the recording has")
-    add("--mapping", metavar="FILE", help="read a log: this says which column gives which slot; needs --arrangement")
+    add("--mapping", metavar="FILE", help="read a log; FILE says which column gives which slot; needs --arrangement")
     formats = "; ".join(f"{name}: {entry.about}" for name, entry in LOGS.items())
     add("--from", dest="format", choices=tuple(LOGS), help=f"the log's format (default: by its name): {formats}")
 
@@ -159,7 +159,7 @@ def trace_arguments(parser: Parser) -> None:
     add(
         "--to",
         choices=(*TIMELINES, "trace"),
-        help=f"the format (default: what the output's name ends in): {formats}",
+        help=f"the format (default: by the ending of the output's name): {formats}",
     )
     add(
         "-p",
@@ -167,7 +167,7 @@ def trace_arguments(parser: Parser) -> None:
         metavar="TEXT",
         action="append",
         default=[],
-        help="of --to trace: the property that the trace is about, or an assumption (default: the fault at its end)",
+        help="for --to trace: the property that the trace is about, or an assumption (default: the fault at its end)",
     )
     syntax(parser)
     parser.set_defaults(properties=[])
@@ -196,9 +196,9 @@ def debug_arguments(parser: Parser) -> None:
     """Of `llfsm debug`."""
     parser.about(
         "Walk a run forwards and backwards, by ringlets, cycles and break points, and see why transitions fired. "
-        "On a saved trace or a recording one walks over what happened; attached to what runs, one looks.",
+        "On a saved trace or a recording it walks through what happened; on a running arrangement it only looks.",
         "llfsm debug arrangement.yaml --command 'until north@GREEN' --command why",
-        "exit codes: 0 done, 1 what `expect` asked for is not so, 2 wrong usage, or a command that cannot be done, 3 "
+        "exit codes: 0 done, 1 an `expect` was not met, 2 wrong usage, or a command that cannot be done, 3 "
         "files wrong or unreadable",
     )
     add = parser.add_argument
@@ -237,12 +237,12 @@ def send_arguments(parser: Parser) -> None:
     parser.add_argument("name", metavar="NAME", help="the whiteboard, as `llfsm run --whiteboard` names it")
     parser.add_argument("what", choices=KINDS, metavar="COMMAND", help=", ".join(KINDS))
     parser.add_argument(
-        "target", metavar="MACHINE|SLOT|FILE", help="what the command is for; of policy: the file of the new policy"
+        "target", metavar="MACHINE|SLOT|FILE", help="the machine or slot; for policy: the file of the new policy"
     )
     parser.add_argument(
-        "value", metavar="VALUE|FILE", nargs="?", help="of write: what the slot gets; of replace: the new machine"
+        "value", metavar="VALUE|FILE", nargs="?", help="for write: the value; for replace: the file of the new machine"
     )
-    parser.add_argument("--unchecked", action="store_true", help="of replace: load the machine without a check")
+    parser.add_argument("--unchecked", action="store_true", help="for replace: load the machine without a check")
 
 
 def hashed(text: str) -> str:
@@ -255,10 +255,10 @@ def hashed(text: str) -> str:
 def access_arguments(parser: Parser) -> None:
     """Of `llfsm access`."""
     parser.about(
-        "Say what each machine does to the whiteboard and to others, what it may do besides, and what users may do: "
+        "List what each machine writes and commands, what else it may do, and what users may do: "
         "by the keys `access` and `operators`.",
         "llfsm access arrangement.yaml --draw access.svg",
-        "exit codes: 0 said, 2 wrong usage, 3 files wrong or unreadable, or the drawing cannot be written",
+        "exit codes: 0 listed, 2 wrong usage, 3 files wrong or unreadable, or the drawing cannot be written",
     )
     parser.add_argument("arrangement", metavar="ARRANGEMENT", help=ARRANGEMENT)
     parser.add_argument("--format", choices=("text", "json"), default="text", help="(default: %(default)s)")
@@ -270,7 +270,7 @@ def audit_arguments(parser: Parser) -> None:
     parser.about(
         "Tell whether each line of an audit log of `llfsm run --audit` is as it was written.",
         "llfsm audit verify run.audit",
-        "exit codes: 0 it has, 1 it was changed, 2 wrong usage, 3 it cannot be read",
+        "exit codes: 0 it is as it was written, 1 it was changed, 2 wrong usage, 3 it cannot be read",
     )
     parser.add_argument("asked", choices=("verify",), metavar="verify", help="compare the hashes of all lines")
     parser.add_argument("log", metavar="LOG", help="the file")
@@ -281,7 +281,7 @@ def whiteboard_arguments(parser: Parser) -> None:
     """Of `llfsm whiteboard`."""
     codes = (
         "exit codes: 0 done, 2 wrong usage, 3 there is no such whiteboard or slot, or a value is refused; "
-        "of properties: 1 one is violated, 4 one is undecided, or --every was not kept"
+        "for properties: 1 one is violated, 4 one is undecided, or --every was not kept"
     )
     parser.about(
         "Read and post on the whiteboards of arrangements that run on this machine.", "llfsm whiteboard list", codes
@@ -309,7 +309,7 @@ def whiteboard_arguments(parser: Parser) -> None:
         one.add_argument("slots", metavar="SLOT", nargs="*", help="only these; default: all")
     watch.add_argument("--monitor", metavar="FILE", action="append", default=[], help="decide these properties")
     property_lines(watch, "decide this one")
-    watch.add_argument("--arrangement", metavar="FILE", help="what runs there; properties need it")
+    watch.add_argument("--arrangement", metavar="FILE", help="the arrangement that runs there; properties need it")
     repeatable(
         watch,
         "--command",

@@ -108,14 +108,14 @@ def _files(group: Group) -> None:
 def report_arguments(parser: Parser) -> None:
     """Of `llfsm report`."""
     parser.about(
-        "Check an arrangement as `llfsm verify --strict` does, and write a page of it for a safety case (Markdown).",
+        "Check an arrangement as `llfsm verify --strict` does, and write a page about it for a safety case (Markdown).",
         "llfsm report --assurance arrangement.yaml properties.ltl --certificate proof.cert -o assurance.md",
     )
     add = parser.add_argument
     arrangement(parser)
     property_files(parser)
     property_lines(parser)
-    add("--assurance", action="store_true", help="claims, hashes, assumptions, and what is open")
+    add("--assurance", action="store_true", help="the page has claims, hashes, assumptions, and what is open")
     engine(parser)
     memory_and_timeout(parser)
     add("--certificate", metavar="FILE", help="write what proves the verdicts, and name it on the page")

@@ -52,7 +52,7 @@ class Document:
                 assert event.start_mark is not None
                 assert event.end_mark is not None
                 span = Span(source, event.start_mark.index, event.end_mark.index)
-                message = f"`{span.text}` repeats what stands elsewhere, so the two cannot be changed apart"
+                message = f"`{span.text}` repeats another part of the file, so the two cannot be changed separately"
                 raise DiagnosticError(Diagnostic(UNFIT, message, span, hint="write it out"))
         root = yaml.compose(source.text, Loader=yaml.SafeLoader)
         assert isinstance(root, yaml.MappingNode)

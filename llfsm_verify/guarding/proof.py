@@ -116,7 +116,7 @@ def _reasons(guarded: Guarded, result: Result) -> Iterator[str]:
                 f"depends on more than {outputs}"
             )
     if result.faults.verdict is Verdict.VIOLATED:
-        yield "a fault can end the run: mend what has it, such as a fallback outside its range"
+        yield "a fault can end the run: correct what causes it, such as a fallback outside its range"
 
 
 def alarm_at_the_end(trace: Trace, alarm: str) -> bool:

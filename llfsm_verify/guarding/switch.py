@@ -53,7 +53,7 @@ def _anew(names: Names) -> Iterator[str]:
 def _comment(names: Names, wanted: Wanted) -> Iterator[str]:
     outputs = " and ".join(f"`{output}`" for output in wanted.fallbacks)
     if outputs:
-        yield f"# What is wished goes to {outputs}; where `{names.alarm}` is set, something else goes there."
+        yield f"# The requested value goes to {outputs}; when `{names.alarm}` is set, the fallback goes there."
     if wanted.reactions:
         commands = " and ".join(f"{each.kind} `{each.machine}`" for each in wanted.reactions)
         yield f"# When `{names.alarm}` is set: {commands}."

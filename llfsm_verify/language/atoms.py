@@ -354,7 +354,7 @@ class AtomChecker(ExpressionChecker):
             raise self.fail("E136", "a constant is expected", number_node)
         count = view.transitions[state] if state >= 0 else 0
         if not 0 <= number < count:
-            few = "it has none" if count == 0 else "it has one, number 0"
+            few = "the state has no transitions" if count == 0 else "it has one, number 0"
             hint = f"they count from 0 to {count - 1}" if count > 1 else few
             message = f"state `{name.text}` of `{machine.name}` has no transition number {int(number)}"
             raise self.fail("E146", message, number_node, hint)

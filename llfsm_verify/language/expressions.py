@@ -58,7 +58,8 @@ BinaryOp = (
 )
 
 
-_COUNTING = "write `… ? 1 : 0` to count a condition, or put brackets around what `!` or a comparison is about"
+_BRACKETS = "put brackets around the part to which `!` or the comparison applies"
+_COUNTING = f"write `… ? 1 : 0` to count a condition, or {_BRACKETS}"
 ROUNDED = "write `floor(…)`, `ceil(…)` or `round(…)`"
 
 
@@ -110,18 +111,20 @@ class ExpressionChecker:
             shown = f"`{text} != 0`" if len(text) <= 60 and "\n" not in text else "`… != 0`"
             raise self.fail(
                 "E120",
-                f"a condition is expected, this is {'an integer' if is_integer(e.type) else 'a decimal'}",
+                f"a condition is expected, but this is {'an integer' if is_integer(e.type) else 'a decimal'}",
                 node,
                 f"write {shown}",
             )
-        raise self.fail("E120", f"a condition is expected, this is {a_type(e.type)}", node, "compare it with a value")
+        raise self.fail(
+            "E120", f"a condition is expected, but this is {a_type(e.type)}", node, "compare it with a value"
+        )
 
     def integer(self, node: syntax.Expression) -> typed.Expression:
         e = self.expression(node, INT)
         if not is_integer(e.type):
             hint = _COUNTING if isinstance(e.type, BoolType) else None
             hint = _rounded(e) if isinstance(e.type, DecimalType) else hint
-            raise self.fail("E121", f"an integer is expected, this is {a_type(e.type)}", node, hint)
+            raise self.fail("E121", f"an integer is expected, but this is {a_type(e.type)}", node, hint)
         return e
 
     def number(self, node: syntax.Expression) -> typed.Expression:
@@ -129,7 +132,7 @@ class ExpressionChecker:
         e = self.expression(node, INT)
         if not is_number(e.type):
             hint = _COUNTING if isinstance(e.type, BoolType) else None
-            raise self.fail("E121", f"a number is expected, this is {a_type(e.type)}", node, hint)
+            raise self.fail("E121", f"a number is expected, but this is {a_type(e.type)}", node, hint)
         return e
 
     def value(self, node: syntax.Expression, target: Type, what: str) -> typed.Expression:
@@ -156,7 +159,7 @@ class ExpressionChecker:
                 hint = _rounded(e)
             elif isinstance(target, EnumType):
                 hint = _one_of(target.values)
-            raise self.fail("E123", f"{what} is {a_type(target)}, this value is {a_type(e.type)}", node, hint)
+            raise self.fail("E123", f"{what} is {a_type(target)}, but this value is {a_type(e.type)}", node, hint)
         return e
 
     def _storable(self, node: syntax.Expression, e: typed.Expression, target: DecimalType, what: str) -> None:
@@ -306,11 +309,11 @@ class ExpressionChecker:
             return typed.Conditional(condition, then, otherwise, found or INT, self.span(node))
         e = self.expression(node, kind or INT)
         if isinstance(e.type, BoolType):
-            message = "`& | ^ ~` are for the bits of numbers, and this is a bool"
+            message = "`& | ^ ~` are for the bits of numbers, but this is a bool"
             raise self.fail("E105", message, node, self._brackets(node, among))
         if not is_integer(e.type):
             hint = _rounded(e) if isinstance(e.type, DecimalType) else None
-            raise self.fail("E161", f"bits need an integer of a fixed width, this is {a_type(e.type)}", node, hint)
+            raise self.fail("E161", f"bits need an integer of a fixed width, but this is {a_type(e.type)}", node, hint)
         return e
 
     def _brackets(self, node: syntax.Expression, among: tuple[syntax.Expression, ...]) -> str | None:
@@ -330,7 +333,7 @@ class ExpressionChecker:
             return e
         if bounds is not None and bounds[0] == bounds[1]:
             raise self.fail("E128", f"{bounds[0]} is outside {kind} ({kind.low}..{kind.high})", node)
-        raise self.fail("E161", f"this is {a_type(e.type)}, and the bits here are those of {kind}", node)
+        raise self.fail("E161", f"this is {a_type(e.type)}, but the bits here are those of {kind}", node)
 
     def bit_operands(
         self, nodes: tuple[syntax.Expression, ...], expected: Type | None
@@ -341,7 +344,7 @@ class ExpressionChecker:
         operands, kind = self._of_one_width(nodes, cast(FixedType, expected) if bare else None)
         if kind is None:
             raise self.fail(
-                "E161", f"bits need an integer of a fixed width, this is {a_type(operands[0].type)}", nodes[0]
+                "E161", f"bits need an integer of a fixed width, but this is {a_type(operands[0].type)}", nodes[0]
             )
         return operands, kind
 
@@ -467,7 +470,7 @@ class ExpressionChecker:
             negated = self.expression(left_node.operand, BOOL)
             if is_integer(negated.type):
                 inner, right_text = self.span(left_node.operand).text, self.span(right_node).text
-                message = "`!` takes the condition next to it only, and this is an integer"
+                message = "`!` takes only the condition next to it, and this is an integer"
                 raise self.fail("E120", message, left_node.operand, f"write `!({inner} {operator} {right_text})`")
         if self._needs_context(left_node) and not self._needs_context(right_node):
             right = self.expression(right_node)
@@ -479,7 +482,7 @@ class ExpressionChecker:
         if not numbers and left.type != right.type:
             hint = None
             if isinstance(left.type, BoolType) or isinstance(right.type, BoolType):
-                hint = "put brackets around what `!` or a comparison is about, or compare a bool with `true` or `false`"
+                hint = f"{_BRACKETS}, or compare a bool with `true` or `false`"
             raise self.fail("E122", f"{a_type(left.type)} cannot be compared with {a_type(right.type)}", node, hint)
         if operator not in ("==", "!=") and not numbers:
             raise self.fail("E152", f"values of type {left.type} have no order", node, "compare with `==` or `!=`")
@@ -576,14 +579,14 @@ class ExpressionChecker:
         constant = evaluate(index)
         if constant is not None and not 0 <= constant < size:
             raise self.fail(
-                "E131", f"index {int(constant)} is outside the {what}", node, f"it counts from 0 to {size - 1}"
+                "E131", f"index {int(constant)} is outside the {what}", node, f"write an index from 0 to {size - 1}"
             )
         return index
 
     def no_such_step(self, step: syntax.Member | syntax.Subscript, kind: Type) -> DiagnosticError:
         if isinstance(step, syntax.Subscript):
-            return self.fail("E124", f"`[…]` needs an array, this is {a_type(kind)}", step)
-        return self.fail("E125", f"`.{step.name.text}` needs a record, this is {a_type(kind)}", step)
+            return self.fail("E124", f"`[…]` needs an array, but this is {a_type(kind)}", step)
+        return self.fail("E125", f"`.{step.name.text}` needs a record, but this is {a_type(kind)}", step)
 
     def enumerator(self, node: syntax.Path, expected: Type | None) -> typed.Expression:
         name = node.name.text
@@ -622,7 +625,7 @@ class ExpressionChecker:
         name = node.name.text
         if name in self.scope.machines:
             instead = f"compare its state with `{name}@STATE`, or share a variable on the whiteboard"
-            return self.fail("E148", f"`{name}` is a machine, and its variables are its own", node, instead)
+            return self.fail("E148", f"`{name}` is a machine, and others cannot read its variables", node, instead)
         return self.fail("E110", f"there is no variable `{name}` here", node.name, did_you_mean(name, known))
 
     def machine_named(self, name: syntax.Name) -> MachineSignature:
@@ -669,7 +672,9 @@ class ExpressionChecker:
                 value = self.number(argument)
                 constant = evaluate(value)
                 if constant is not None and constant < 0:
-                    raise self.fail("E130", "square root of a negative number", argument, "write a number from 0")
+                    raise self.fail(
+                        "E130", "square root of a negative number", argument, "write a number that is not negative"
+                    )
                 if interval(value) is None:
                     hint = "calculate it from variables with a range, such as 0..1000"
                     raise self.fail("E163", "nothing bounds this number, so nothing bounds its root", argument, hint)
@@ -736,7 +741,7 @@ class ExpressionChecker:
                 hint = f"write `after_ms(round({text}{factor}))`"
                 raise self.fail(
                     "E121",
-                    f"an integer or a constant such as 0.5 is expected, this is {a_type(time.type)}",
+                    f"an integer or a constant such as 0.5 is expected, but this is {a_type(time.type)}",
                     argument,
                     hint,
                 )

@@ -42,7 +42,7 @@ def check_limits(fragment: Fragment) -> None:
         raise DiagnosticError(
             Diagnostic(
                 "E108",
-                f"the text has {len(text)} characters, more than {MAX_LENGTH}",
+                f"the text has {len(text):,} characters, more than {MAX_LENGTH:,}",
                 fragment.span(0, 1),
                 hint="split it into several guards, actions or states",
             )

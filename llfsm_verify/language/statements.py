@@ -152,7 +152,7 @@ class ActionChecker(ExpressionChecker):
         if text in RESERVED or name.quoted:
             raise self.fail("E119", f"`{text}` cannot be the name of a variable", name)
         if self.is_value(name) or text in self.scope.enumerators:
-            raise self.fail("E118", f"there is already a `{text}`", name, "choose another name")
+            raise self.fail("E118", f"there is already something called `{text}`", name, "choose another name")
 
     # ------------------------------------------------------------ assignments and branches
 
@@ -202,7 +202,7 @@ class ActionChecker(ExpressionChecker):
         if self.scope.surroundings and variable not in self.scope.inputs:
             hint = "give it `role: input`, or let a machine write it"
             raise self.fail(
-                "E156", f"the model of the surroundings writes inputs only, `{name}` is not one", node, hint
+                "E156", f"the model of the surroundings writes only inputs, and `{name}` is not one", node, hint
             )
         if not self.scope.surroundings and variable in self.scope.inputs:
             raise self.fail(
@@ -255,14 +255,14 @@ class ActionChecker(ExpressionChecker):
             for argument in node.arguments:
                 constant = evaluate(self.value(argument, target, f"`{what}`"))
                 if constant is None:
-                    raise self.fail("E136", "a model chooses between constants", argument, HINTS["E155"])
+                    raise self.fail("E136", "`choose` takes only constants", argument, HINTS["E155"])
                 found.append(int(constant * 10 ** digits_of(target)))
             values = tuple(dict.fromkeys(found))
             if is_number(target):
                 kind = _between(target, min(values), max(values))
         alike = digits_of(kind) == digits_of(target) and is_number(kind) and is_number(target)
         if kind != target and not alike:
-            raise self.fail("E123", f"`{what}` is {target}, these values are {kind}", node)
+            raise self.fail("E123", f"`{what}` is {target}, but these values are {kind}", node)
         chosen = typed.Choose(values, what, cast(ScalarType, kind), self.span(node))
         bounds = (target.low, target.high) if isinstance(target, RangeType | FixedType | DecimalType) else (None, None)
         least, most = bounds
@@ -274,10 +274,10 @@ class ActionChecker(ExpressionChecker):
     def _end(self, node: syntax.Expression, target: Type, what: str) -> int:
         """The end of a range of values for `target`, in its steps."""
         if not isinstance(target, DecimalType):
-            return self._bound(node, "the ends of such a range are constants")
+            return self._bound(node, "the ends of the range must be constants")
         constant = evaluate(self.value(node, target, what))
         if constant is None:
-            raise self.fail("E136", "the ends of such a range are constants", node)
+            raise self.fail("E136", "the ends of the range must be constants", node)
         return int(constant * 10**target.digits)
 
     def _type_named(self, node: syntax.Path) -> Type | None:
@@ -298,7 +298,12 @@ class ActionChecker(ExpressionChecker):
             return range(kind.low, kind.high + 1)
         if isinstance(kind, DecimalType) and kind.low is not None and kind.high is not None:
             return range(kind.low, kind.high + 1)
-        raise self.fail("E155", f"`choose` cannot take any {kind}", node, "write a range, such as `choose(0..100)`")
+        raise self.fail(
+            "E155",
+            f"`choose` cannot choose from all values of `{kind}`",
+            node,
+            "write a range, such as `choose(0..100)`",
+        )
 
     def _choice(self, node: syntax.Choice) -> typed.IfElse:
         try:
@@ -312,7 +317,7 @@ class ActionChecker(ExpressionChecker):
 
     # ------------------------------------------------------------ loops
 
-    def _bound(self, node: syntax.Expression, message: str = "the bounds of a loop are constants") -> int:
+    def _bound(self, node: syntax.Expression, message: str = "the bounds of a loop must be constants") -> int:
         value = evaluate(self.integer(node))
         if value is None:
             raise self.fail("E136", message, node)
@@ -359,7 +364,7 @@ class ActionChecker(ExpressionChecker):
         count = max(0, last - first + 1)
         self._iterations += self._multiplier * count
         if self._iterations > MAX_ITERATIONS:
-            raise self.fail("E137", f"the loops of this action take more than {MAX_ITERATIONS} turns together", node)
+            raise self.fail("E137", f"the loops of this action run more than {MAX_ITERATIONS:,} times in total", node)
         self._unrolled += self._multiplier * count * (body.end - body.start)
         if self._unrolled > MAX_UNROLLED:
             size = f"{MAX_UNROLLED // 1024} KiB"

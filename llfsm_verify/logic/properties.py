@@ -245,8 +245,8 @@ def _property(
         return Property(line.name, line.kind, file, place, None, {}, file=file)
     if line.kind in ("enforce", "forbid", "forbid initially"):
         if "regular" not in features:
-            message = f"this command takes formulas of temporal logic, and no regular properties (`{line.kind}`)"
-            hint = "write it as a formula, or leave it to `llfsm verify`"
+            message = f"this command takes only formulas of temporal logic, not regular properties (`{line.kind}`)"
+            hint = "write it as a formula, or check it with `llfsm verify`"
             raise DiagnosticError(Diagnostic(codes.REGULAR, message, text.span(*line.header), hint=hint))
         from llfsm_verify.logic.expressions import nullable
         from llfsm_verify.logic.parsing.regular import parse_regular
@@ -270,9 +270,9 @@ def _property(
         parsed = parse_in(syntax, _body(line, syntax))
     used = operators(parsed.formula)
     for feature, ops, what in (
-        ("past", PAST, "past operators are"),
-        ("time", TIMED, "bounds in time are"),
-        ("expressions", BINDING, "regular expressions in a formula are"),
+        ("past", PAST, "past operators"),
+        ("time", TIMED, "bounds in time"),
+        ("expressions", BINDING, "regular expressions in a formula"),
     ):
         _refuse_unless(feature in features or not used & ops, what, place)
     formula = without_steps(parsed.formula)
@@ -281,7 +281,7 @@ def _property(
 
 def _refuse_unless(fine: bool, what: str, place: Span) -> None:
     if not fine:
-        raise DiagnosticError(Diagnostic(codes.UNTRANSLATED, f"{what} not taken by this command", place))
+        raise DiagnosticError(Diagnostic(codes.UNTRANSLATED, f"this command does not take {what}", place))
 
 
 def _duplicate(line: Line, span: Span, first: Span, first_named: bool) -> Diagnostic:
@@ -289,7 +289,7 @@ def _duplicate(line: Line, span: Span, first: Span, first_named: bool) -> Diagno
         return Diagnostic(
             codes.DUPLICATE_NAME, f"there are two properties `{line.name}`", span, (f"the other one is at {first}",)
         )
-    message = f"a formula without a name is called after its line, and `{line.name}` is the name of another one"
+    message = f"a formula without a name is named after its line, but `{line.name}` is the name of another one"
     return Diagnostic(
         codes.DUPLICATE_NAME, message, span, (f"the other one is at {first}",), hint="write `NAME:` before the formula"
     )

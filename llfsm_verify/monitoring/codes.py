@@ -20,6 +20,6 @@ CODES: Final[dict[str, str]] = {
     TOO_LARGE: "A monitor is too large for a machine.",
     UNWRITABLE: "A monitor cannot be written there.",
     UNKNOWN_NAME: "A monitor is to set or suspend something that is not in the arrangement, or is not a name.",
-    NEVER_VIOLATED: "A monitor shall act on a violation, and no word violates the property.",
-    NOT_THERE: "A property to watch at run time speaks of the model of the surroundings, which is not there then.",
+    NEVER_VIOLATED: "A monitor should act on a violation, but no word violates the property.",
+    NOT_THERE: "A property to watch at run time speaks of the model of the surroundings, which does not run then.",
 }

@@ -75,7 +75,7 @@ def monitor_machine(
 
 def not_monitorable(found: Monitored) -> Diagnostic:
     """That there is no monitor of a property."""
-    message = f"`{found.line.name}` is not monitorable: after no word is it decided"
+    message = f"`{found.line.name}` is not monitorable: no word decides it"
     hint = "bound the waiting, such as `F[0:100] p`, or check the property with `llfsm verify`"
     return Diagnostic(NOT_MONITORABLE, message, found.line.span, hint=hint)
 

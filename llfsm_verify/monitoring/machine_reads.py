@@ -221,7 +221,7 @@ def surroundings_in(atoms: Mapping[str, Fragment], arrangement: Arrangement) -> 
 
 
 def _not_there(code: str, name: str, span: Span) -> Diagnostic:
-    message = f"`{name}` is the model of the surroundings, which is not there when the arrangement runs"
+    message = f"`{name}` is the model of the surroundings, which is absent when the arrangement runs"
     return Diagnostic(code, message, span, hint="ask for the inputs that it writes")
 
 

@@ -100,10 +100,10 @@ def _assumptions(checked: Checked) -> Iterator[str]:
         yield f"- The surroundings behave as the model `{arrangement.environment.kind}` says."
     free = [w.variable.name for w in arrangement.whiteboard if w.role == "input" and not w.driven]
     if free:
-        yield f"- Of these inputs nothing is assumed: {', '.join(f'`{name}`' for name in free)}."
+        yield f"- Nothing is assumed about these inputs: {', '.join(f'`{name}`' for name in free)}."
     models = [machine.name for machine in arrangement.machines if machine.model]
     if models:
-        yield f"- In the place of these machines stand models: {', '.join(f'`{name}`' for name in models)}."
+        yield f"- These machines are models: {', '.join(f'`{name}`' for name in models)}."
     if arrangement.timing == "timed" and arrangement.cycle_ms is not None:
         cycle = f"{float(arrangement.cycle_ms):g} ms"
         yield f"- Time is logical: a cycle is {cycle}. How late cycles begin is measured in each run."

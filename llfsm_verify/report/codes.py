@@ -54,7 +54,7 @@ FILES = {
     "W401": "A trace has been saved that is too long to be read again.",
 }
 FAULTS = {
-    "F001": "A value is stored in a variable whose range does not have it.",
+    "F001": "A value is stored in a variable whose range does not contain it.",
     "F002": "A division by zero.",
     "F003": "An index outside its array.",
     "F004": "The square root of a negative number.",
@@ -121,9 +121,9 @@ SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
 
 INTRODUCTION = """# Diagnostics
 
-What is wrong in a file is said with its place, the line, a mark below the place, and what to write instead. Every
-diagnostic has a stable code: `E` is an error (exit code 3), `W` a warning, `F` a fault that a run ends in, `L` a
-[finding of `llfsm lint`](lint.md). This page is written by `python -m llfsm_verify.report.codes`."""
+A diagnostic says what is wrong in a file. It shows the place, the line with a mark below the place, and what to write
+instead. Every diagnostic has a stable code: `E` is an error (exit code 3), `W` a warning, `F` a fault in which a run
+ends, `L` a [finding of `llfsm lint`](lint.md). This page is written by `python -m llfsm_verify.report.codes`."""
 
 
 def all_codes() -> dict[str, str]:

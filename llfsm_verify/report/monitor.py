@@ -13,7 +13,7 @@ LABEL_WIDTH = 80
 _WORDS = {
     Monitorability.ALWAYS: "monitorable: after every word a verdict can still come",
     Monitorability.SOMETIMES: "monitorable in part: there are words after which no verdict can come any more",
-    Monitorability.NEVER: "not monitorable: after no word is there a verdict",
+    Monitorability.NEVER: "not monitorable: no word gives a verdict",
 }
 
 

@@ -51,7 +51,7 @@ def piece_of(
     recording is none of it.
     """
     if recording.goes_on:
-        raise _unsaved(recording, "it goes on with an earlier recording, and a saved trace begins where a run does",
+        raise _unsaved(recording, "it continues an earlier recording, but a saved trace begins where a run begins",
                        "take the piece from the first recording of the run")  # fmt: skip
     ran = arrangement_of(recording, lambda _: arrangement, arrangement.path)
     if ran.environment != arrangement.environment:

@@ -115,7 +115,7 @@ def refuse_special(paths: Iterable[Path], *, folders: bool = False) -> None:
             continue
         if kind is not None and not (folders and kind == "a directory"):
             what = "a folder" if folders else "a file"
-            message = f"this is {kind}, and a trace wants {what} of that name"
+            message = f"this is {kind}, but a trace needs {what} of that name"
             raise DiagnosticError(Diagnostic("E405", message, hint="name another folder, or remove it", file=str(path)))
 
 

@@ -137,7 +137,7 @@ def left_out_text(result: Result) -> str:
 def ending_text(longest: int) -> str:
     """That every run ends, the longest after so many steps."""
     plural = "s" if longest != 1 else ""
-    end = "then every machine that is loaded stands in a state without transitions"
+    end = "then every machine that is loaded is in a state without transitions"
     return f"every run ends, after at most {longest:,} step{plural}: {end}"
 
 

@@ -54,7 +54,7 @@ class Untested:
     @property
     def diagnostic(self) -> Diagnostic:
         message = f"`{self.line.name}` is tested in part only" if self.partly else f"`{self.line.name}` is not tested"
-        hint = "leave it to `llfsm verify`, or do without `strict`"
+        hint = "check it with `llfsm verify`, or do without `strict`"
         return Diagnostic(PARTLY if self.partly else UNTESTED, f"{message}: {self.reason}", self.line.span, hint=hint)
 
 

@@ -1,7 +1,7 @@
 """The harness: one engine checks one problem, and what all engines have in common is done here.
 
 Limits and Ctrl-C end a search, and what it knows by then is said. Every run that an engine gives is performed by the
-executor and confirmed before anybody sees it. What holds is looked at for what makes it hold emptily.
+executor and confirmed before anybody sees it. What holds is looked at for what makes it hold vacuously.
 
 What only some checks need (explanations, witnesses, more counterexamples) is imported when it is used.
 """

@@ -38,7 +38,7 @@ def test_a_name_that_there_is_not(lights):
     ],
 )  # fmt: skip
 def test_a_value_that_there_is_not(name, value):
-    with pytest.raises(ValueError, match=r"wants|has no unit|is not a size"):
+    with pytest.raises(ValueError, match=r"needs|has no unit|is not a size"):
         options(**{name: value})
 
 

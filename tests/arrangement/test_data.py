@@ -72,7 +72,7 @@ def test_json_names_the_place_too() -> None:
         (document([{"name": "A", "internal": [1]}]),
          "machines.m.inline.states[0].internal: error[E032]: `internal` must be a single value"),
         (document([{"name": "A"}], format=2),
-         "format:1:1: error[E097]: the arrangement is of format 2, and this version of llfsm-verify knows 1"),
+         "format:1:1: error[E097]: the arrangement is of format 2, but this version of llfsm-verify knows only 1"),
         (document([{"name": "A"}], finished=None), "finished: error[E032]: `finished` must be a single value"),
         (document([{"name": "A"}], types={"a b": "bool"}),
          "types['a b']:1:1: error[E036]: `a b` cannot be the name of a type"),

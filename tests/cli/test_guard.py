@@ -30,7 +30,7 @@ def guard(*arguments):
         (["--fallback", "motor=false", "--react", "suspend"], "such as 'suspend M'"),
         (["--fallback", "motor=false", "--react", ""], "such as 'suspend M'"),
         (["--react", "suspend cooking"], "--fallback OUTPUT=VALUE is missing"),
-        (["--fallback", "motor=false", "--monitor", "m.machine.yaml", "--for", "2s"], "leave --for and --until out"),
+        (["--fallback", "motor=false", "--monitor", "m.machine.yaml", "--for", "2s"], "leave out --for and --until"),
     ],
 )
 def test_wrong_usage_is_said(capsys, arguments, said):

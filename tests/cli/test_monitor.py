@@ -40,8 +40,8 @@ def ask(*arguments, stdin=""):
             "4 states: 2 not yet, 1 false, 1 without a verdict forever",
         ),
         ("F p || G !p", 0, "decided before anything is read: always true", "1 state: 1 true"),
-        ("G F p", 1, "not monitorable: after no word is there a verdict", None),
-        ("F G p", 1, "not monitorable: after no word is there a verdict", None),
+        ("G F p", 1, "not monitorable: no word gives a verdict", None),
+        ("F G p", 1, "not monitorable: no word gives a verdict", None),
     ],
 )
 def test_what_can_be_monitored(text, code, said, counted):

@@ -378,7 +378,7 @@ def test_garbage_is_no_word_or_reads_back(text):
 )
 def test_a_comment_does_not_begin_inside_quotes(syntax, text):
     done = llfsm("property", "print", "--syntax", syntax, text)
-    assert done.returncode == 3 and "no atom has the character `#`" in done.stderr and done.stdout == ""
+    assert done.returncode == 3 and "an atom cannot have the character `#`" in done.stderr and done.stdout == ""
 
 
 @pytest.mark.slow

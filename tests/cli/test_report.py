@@ -24,7 +24,7 @@ def test_what_holds_is_claimed_with_hashes_and_a_certificate(tmp_path: Path) -> 
     for path in (LIGHTS, PROPERTIES):
         assert f"| `{path}` | `{hashlib.sha256(Path(path).read_bytes()).hexdigest()}` |" in text
     assert hashlib.sha256(certificate.read_bytes()).hexdigest() in text
-    assert "- Of these inputs nothing is assumed: `car`." in text
+    assert "- Nothing is assumed about these inputs: `car`." in text
     assert "a cycle is 1000 ms" in text
 
 

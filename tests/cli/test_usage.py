@@ -18,13 +18,13 @@ CASES = {
     ("lint", LIGHTS, "--local", "--max-states", "9"): (
         "--max-states is for the reachable configurations, which --local leaves alone"
     ),
-    (*VERIFY, "--checkpoint", ""): "--checkpoint wants the name of a file",
+    (*VERIFY, "--checkpoint", ""): "--checkpoint needs the name of a file",
     (*VERIFY, "--resume"): "--resume goes on from the file that --checkpoint FILE names",
     (*VERIFY, "--checkpoint-every", "9"): (
         "--checkpoint-every says how often to save to the file that --checkpoint FILE names"
     ),
-    (*VERIFY, "--certificate", ""): "--certificate and --check-certificate want the name of a file",
-    (*VERIFY, "--check-certificate", "-"): "--certificate and --check-certificate want the name of a file",
+    (*VERIFY, "--certificate", ""): "--certificate and --check-certificate need the name of a file",
+    (*VERIFY, "--check-certificate", "-"): "--certificate and --check-certificate need the name of a file",
     (*VERIFY, "--certificate", "a", "--check-certificate", "b"): (
         "--certificate writes a file and --check-certificate reads one: use one of them at a time"
     ),
@@ -38,8 +38,8 @@ CASES = {
         "--check-certificate writes nothing: leave --save-invariants out"
     ),
     (*VERIFY, "--certificate", "a", "--checkpoint", "./a"): "--certificate and --checkpoint name the same file",
-    (*VERIFY, "--save-invariants", "-"): "--save-invariants and --check-invariants want the name of a file",
-    (*VERIFY, "--check-invariants", ""): "--save-invariants and --check-invariants want the name of a file",
+    (*VERIFY, "--save-invariants", "-"): "--save-invariants and --check-invariants need the name of a file",
+    (*VERIFY, "--check-invariants", ""): "--save-invariants and --check-invariants need the name of a file",
     (*VERIFY, "--save-invariants", "a", "--check-invariants", "b"): (
         "--save-invariants writes a file and --check-invariants reads one: use one of them at a time"
     ),
@@ -102,7 +102,7 @@ CASES = {
         "--depth is for --engine bmc, induction and pdr"
     ),
     ("query", LIGHTS, "ns@RED", "--max-states", "9", "--engine", "bmc"): "--max-states is for --engine explicit",
-    ("query", LIGHTS, "ns@RED", "--save", ""): "--save wants the name of a file",
+    ("query", LIGHTS, "ns@RED", "--save", ""): "--save needs the name of a file",
     ("simulate", LIGHTS, "--set", "car"): "--set needs INPUT=VALUE, not `car`",
 }  # fmt: skip
 

@@ -149,7 +149,7 @@ def test_the_commands_that_check() -> None:
     found = header("n = 1;", "assume fair: G F go\nassume other: G F !go\na: G n <= 1")
     assert found == [
         FIRST,
-        "   A letter is held until the next step is complete, so that formulas without X stand as they are.",
+        "   A letter is held until the next step is complete, so that formulas without X keep their meaning.",
         "   The others, and long ones, are never claims of ours, which read a letter where `tick` holds.",
         "     spin -o2 -a FILE",
         "     gcc -w -O2 -DNOREDUCE -o pan pan.c",

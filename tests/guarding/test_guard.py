@@ -175,7 +175,7 @@ def test_a_fallback_that_faults_is_no_proof(limiter):
     proof = proved(made, lines)
     assert proof.exit_code == 1
     assert proof.result.faults.verdict is Verdict.VIOLATED
-    assert proof.reasons == ("a fault can end the run: mend what has it, such as a fallback outside its range",)
+    assert proof.reasons == ("a fault can end the run: correct what causes it, such as a fallback outside its range",)
 
 
 @pytest.mark.slow

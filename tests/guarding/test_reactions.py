@@ -66,7 +66,7 @@ def test_the_switch_commands_and_takes_it_back():
     reactions = ["suspend driver", "resume parker"]
     made, _ = guarded(DRIVING, [SLOWLY], {"speed": "parking"}, until="after_ms(500)", reactions=reactions)
     assert made.files["switch.machine.yaml"] == (
-        "# What is wished goes to `speed`; where `alarm` is set, something else goes there.\n"
+        "# The requested value goes to `speed`; when `alarm` is set, the fallback goes there.\n"
         "# When `alarm` is set: suspend `driver` and resume `parker`.\n"
         "machine: Switch\n"
         "variables:\n"

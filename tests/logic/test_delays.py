@@ -63,5 +63,5 @@ def test_a_word_without_delays_has_no_times():
 
 
 def test_a_character_that_cannot_be_printed_is_named_by_its_number():
-    with pytest.raises(DiagnosticError, match=r"no formula has the character U\+0007"):
+    with pytest.raises(DiagnosticError, match=r"a formula cannot have the character U\+0007"):
         parse_properties([Source("test", "G a \x07 b")])

@@ -77,19 +77,19 @@ REGULAR_WRONG = [
 """After `enforce x: `: text, code, column and what the hint has."""
 
 PATTERNS_WRONG = [
-    ("absence of", "E319", "a formula is missing beside `of`"),
-    ("s responds to", "E319", "a formula is missing beside `to`"),
-    ("s responds to within 5s", "E319", "a formula is missing beside `to`"),
+    ("absence of", "E319", "a formula is missing next to `of`"),
+    ("s responds to", "E319", "a formula is missing next to `to`"),
+    ("s responds to within 5s", "E319", "a formula is missing next to `to`"),
     ("s responds to p within soon", "E319", "a time is expected after `within`"),
-    ("s responds to p within 5s sideways r", "E319", "a scope is expected, this is `sideways`"),
+    ("s responds to p within 5s sideways r", "E319", "a scope is expected, but this is `sideways`"),
     ("bounded absence of p", "E319", "there is no pattern `bounded absence`"),
     ("absence of p globally q", "E319", "something comes after `globally`"),
     ("absence of p between q and r and s", "E319", "`between Q and R` has one `and`"),
-    ("absence of p after", "E319", "a formula is missing beside `after`"),
+    ("absence of p after", "E319", "a formula is missing next to `after`"),
     ("absence of p &&", "E320", None),
     ("s, t, u precede p", "E319", "a chain has two events on one side, and one on the other"),
     ("s, t respond to p, q", "E319", "a chain has two events on one side, and one on the other"),
     ("s, t respond to p within 5s", "E319", "only `s responds to p` takes `within`"),
-    ("p precedes s,", "E319", "a formula is missing beside `,`"),
+    ("p precedes s,", "E319", "a formula is missing next to `,`"),
 ]
 """Patterns: text, code and message."""

@@ -27,7 +27,10 @@ BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"# ([\w./-]+\.(?:yaml|ltl|py))\n")
 """The first line of a block that is a file."""
 SECONDS = re.compile(r"\d+\.\d+ ?s\b")
-LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)#]+)")
+LINK = re.compile(r"\]\((?!https?:|mailto:)([^)#]*)(?:#([^)]+))?\)")
+CODE = re.compile(r"^ *```.*?^ *```$|<!-- written by .*?<!-- end of", re.MULTILINE | re.DOTALL)
+"""What is not prose: blocks, and what benchmarks write into a page."""
+SPAN = re.compile(r"`[^`]*`")
 
 
 def transcripts(page: str) -> list[tuple[str, str]]:
@@ -92,5 +95,28 @@ def run(command: str, folder: Path) -> str:
 
 @pytest.mark.parametrize("page", PAGES)
 def test_links_lead_somewhere(page):
-    for target in LINK.findall(Path(page).read_text(encoding="utf-8")):
-        assert Path(page).parent.joinpath(target).exists(), f"{page}: {target}"
+    """To a file, and where they name a heading, to one that it has."""
+    for target, heading in LINK.findall(Path(page).read_text(encoding="utf-8")):
+        file = Path(page).parent.joinpath(target) if target else Path(page)
+        assert file.exists(), f"{page}: {target}"
+        if heading and file.suffix == ".md":
+            assert heading in anchors(file.read_text(encoding="utf-8")), f"{page}: {target}#{heading}"
+
+
+def anchors(text: str) -> set[str]:
+    """What a link to this page can name: its headings, as code hosts write them, and its own marks."""
+    headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    made = {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+    return made | set(re.findall(r'<a id="([^"]+)">', text))
+
+
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if not page.startswith(("docs/decisions/", "models/", "CHANGELOG"))]
+)
+def test_prose_has_one_width(page):
+    """120 columns at most, except tables, blocks and a word that is longer."""
+    prose = CODE.sub("", Path(page).read_text(encoding="utf-8")).splitlines()
+    wide = [
+        line for line in prose if len(line) > 120 and not line.startswith("|") and " " in SPAN.sub("", line).strip()
+    ]
+    assert not wide, f"{page}: {wide}"

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.project.test_documents import anchors
+
 PAGE = Path("docs/glossary.md")
 WORDS, OLD = (
     [line.strip("| ").split(" | ") for line in part.splitlines() if line.startswith("| ")][1:]
@@ -28,13 +30,6 @@ def test_a_word_has_a_meaning_and_a_place_that_says_more(row):
     assert link
     text = (PAGE.parent / link[1]).read_text(encoding="utf-8")
     assert link[2] is None or link[2] in anchors(text)
-
-
-def anchors(text: str) -> set[str]:
-    """What a link to this page can name: its headings, as code hosts write them, and its own marks."""
-    headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
-    made = {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
-    return made | set(re.findall(r'<a id="([^"]+)">', text))
 
 
 @pytest.mark.parametrize("row", OLD, ids=lambda row: row[0])

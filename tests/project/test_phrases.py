@@ -37,6 +37,15 @@ PHRASES = {
     r"\bTo that comes\b": "There is also",
     r"\bsay no more of it\b|\bsays no more of it\b": "say nothing more about it",
     r"\bneither a \w+ nor has it\b": "is not a … and has no …",
+    r"\bemptily\b": "vacuously",
+    r"\bshall\b": "should; must; is to",
+    r"\b(that|which|what) there is not\b": "that does not exist",
+    r"\bknows? nothing of\b|\bsays? (nothing|more) of\b": "about",
+    r"\b(expected|needed), this is\b": "but this is",
+    r"\bwants? the name\b": "needs the name",
+    r"\bis taken away\b": "is removed",
+    r"\bwhatever came after\b": "whatever comes after",
+    r"\bwatched on\b": "watching goes on",
     r"\blead (it|them) out\b|\bleads (it|them) out\b": "leave; add a transition that leaves",
 }
 """Phrases, as regular expressions, and what to write instead."""
@@ -44,6 +53,7 @@ PHRASES = {
 EXCEPTIONS = {
     ("models/press/README.md", "behind it"): "the helper stands behind the press",
     ("models/xray/README.md", "behind it"): "the flattener is behind the target",
+    ("models/microwave/README.md", "shall"): "the slides say it",
 }
 """Where a phrase is right: page or module and the words found, with the reason."""
 

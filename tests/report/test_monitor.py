@@ -27,7 +27,7 @@ def made(line: str) -> Monitored:
     [
         ("a: G (p -> X q)", ["a: G (p -> X q)", ALWAYS, "3 states: 2 not yet, 1 false"]),
         ("b: F p", ["b: F p", ALWAYS, "2 states: 1 not yet, 1 true"]),
-        ("c: G F p", ["c: G F p", "not monitorable: after no word is there a verdict"]),
+        ("c: G F p", ["c: G F p", "not monitorable: no word gives a verdict"]),
         ("d: true", ["d: true", "decided before anything is read: always true", "1 state: 1 true"]),
         ("h: false", ["h: false", "decided before anything is read: always false", "1 state: 1 false"]),
         ("f: p U q", ["f: p U q", ALWAYS, "3 states: 1 not yet, 1 true, 1 false"]),

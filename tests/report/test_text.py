@@ -99,7 +99,7 @@ violated                  faults
 1,234 configurations, 5,678 transitions, complete, 0.25 s, engine explicit
 """
 
-ENDING = "then every machine that is loaded stands in a state without transitions"
+ENDING = "then every machine that is loaded is in a state without transitions"
 SUMMARY = f"""\
 1,234 configurations, 5,678 transitions, complete (resumed from old.ckpt), 0.25 s, engine explicit
 every run ends, after at most 12 steps: {ENDING} (resumed from old.ckpt)

@@ -327,7 +327,7 @@ def test_policies_that_are_refused(governed: Path) -> None:
         for old, new, why in (
             ("machines: {", "machines: {trojan: safety, ", r"evil\.yaml:2:20: machine `trojan` gets a higher"),
             ("speed: safety", "speed: public", r"evil\.yaml:3:16: machine `driver` may write `speed`"),
-            ("speed: safety, ", "", "E158|which `access` gives no class|may write `speed`"),
+            ("speed: safety, ", "", "E158|to which `access` gives no class|may write `speed`"),
             ("users:", "command: {monitor: public}\nusers:", r"evil\.yaml:4:20: machine `driver` may command"),
             ("[public, safety]", "[safety, public]", r"evil\.yaml:1:9: .*write `levels: \[public, safety\]`"),
             ("[public, safety]", "[public, safety, god]", "has its levels, in their order"),

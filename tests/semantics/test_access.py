@@ -143,7 +143,7 @@ def test_what_a_machine_above_the_lowest_level_writes_has_a_class() -> None:
         )
     (found,) = raised.value.diagnostics
     assert (found.code, found.span.line) == ("E158", 4)
-    assert found.message == "machine `monitor` (safety) writes `alarm`, which `access` gives no class"
+    assert found.message == "machine `monitor` (safety) writes `alarm`, to which `access` gives no class"
 
 
 def test_an_operator_needs_a_user_who_may() -> None:

@@ -243,7 +243,7 @@ def test_no_monitor_machine_reads_it() -> None:
         lines = parse_properties([Source("p", text)])
         with pytest.raises(DiagnosticError) as caught:
             reads(lines.atoms, model)
-        assert "not there when the arrangement runs" in str(caught.value)
+        assert "absent when the arrangement runs" in str(caught.value)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Every property that holds is looked at for what makes it hold emptily, in the graph that has been explored."""
+"""Every property that holds is looked at for what makes it hold vacuously, in the graph that has been explored."""
 
 from __future__ import annotations
 

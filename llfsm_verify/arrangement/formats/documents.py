@@ -176,7 +176,7 @@ def _processes(report: Report, fields: dict[str, Node]) -> tuple[ProcessDraft, .
         return (ProcessDraft(None, fields["schedule"], only.get("main")),) if "schedule" in fields else ()
     node = fields["processes"]
     if "schedule" in fields:
-        report.error("E084", "`schedule` and `processes` cannot both be there", mark(node), "keep one")
+        report.error("E084", "an arrangement cannot have both `schedule` and `processes`", mark(node), "keep one")
         return UNREADABLE
     mapping = report.mapping(node, "`processes`")
     if mapping is not None and not mapping.items:
@@ -201,7 +201,9 @@ def _pools(report: Report, node: Node | None, processes: tuple[str, ...]) -> dic
         return {key.text: value for key, value in node.items}
     if len(processes) > 1:
         hint = f"write `pool: {{{processes[0]}: […]}}`"
-        report.error("E089", "with several processes, `pool` says of which process each machine is", mark(node), hint)
+        report.error(
+            "E089", "with several processes, `pool` must say to which process each machine belongs", mark(node), hint
+        )
     return {processes[0]: node}
 
 

@@ -55,7 +55,7 @@ def resolve_access(
         return found
 
     return Access(
-        tuple(levels), table("machines", machines, "machine"), table("write", slots, "variable that machines write"),
+        tuple(levels), table("machines", machines, "machine"), table("write", slots, "output or shared variable"),
         table("command", machines, "machine"), table("users", None, "user"),
         report.choice(fields.get("on_violation"), "`on_violation`", ("reject", "refuse"), "reject") == "refuse",
         marks,
@@ -82,7 +82,7 @@ def check_access(
                 _deny(report, access, machine.name, denial, access.command_class(command.machine), command.span)
     for variable, writer in unnamed.items():
         level = access.levels[access.clearance(writer)]
-        message = f"machine `{writer}` ({level}) writes `{variable}`, which `access` gives no class"
+        message = f"machine `{writer}` ({level}) writes `{variable}`, to which `access` gives no class"
         report.error("E158", message, declared[variable], f"write `write: {{{variable}: {level}}}`")
     most = max([0, *access.users.values()])
     for operator in operators:

@@ -119,7 +119,7 @@ class _Resolver:
         processes = resolve_processes(report, draft.processes, places, self.broken, top)
         order = [m for p in processes for m in p.schedule]
         if draft.environment is not None and len(processes) > 1:
-            hint = "several processes have no common cycle that it could begin: make it one process"
+            hint = "several processes have no common cycle that it could begin: use one process"
             report.error(
                 "E086", "a model of the surroundings needs a single process", draft.environment.name.span, hint
             )

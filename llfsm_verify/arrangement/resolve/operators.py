@@ -35,7 +35,9 @@ def resolve_operators(
                 hint = did_you_mean(name, variables) or "declare it under `whiteboard`"
                 report.error("E098", f"there is no whiteboard variable `{name[:60]}`", mark(scalar), hint)
             elif kind == "write" and (problem := _unwritable(variables[name])):
-                report.error("E098", f"operators cannot write `{name}`: {problem}", mark(scalar), "write another one")
+                report.error(
+                    "E098", f"operators cannot write `{name}`: {problem}", mark(scalar), "name another variable"
+                )
             elif kind not in ("write", POLICY) and name not in machines:
                 report.error("E098", f"there is no machine `{name[:60]}`", mark(scalar), did_you_mean(name, machines))
             else:

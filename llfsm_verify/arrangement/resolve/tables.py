@@ -29,7 +29,7 @@ def resolve_tables(report: Report, drafts: Iterable[Entry], taken: Iterable[str]
         if name is None or listed is None:
             continue
         if name in names:
-            report.error("E118", f"there is already a `{name}`", key.span, "choose another name")
+            report.error("E118", f"there is already something called `{name}`", key.span, "choose another name")
             continue
         if not 1 <= len(listed.items) <= MOST_NUMBERS:
             message = f"a table has from 1 to {MOST_NUMBERS:,} numbers, not {len(listed.items):,}"

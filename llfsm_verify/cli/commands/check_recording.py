@@ -20,7 +20,7 @@ from llfsm_verify.runtime.recording.replay import compared
 def run(options: Namespace) -> int:
     """1 where a property is violated, else 4 where one is undecided, else 0. Raises DiagnosticError."""
     if not options.properties and not options.property:
-        return usage("what shall be decided: name a property file, or write -p TEXT")
+        return usage("no property to decide: name a property file, or write -p TEXT")
     if options.mapping is not None:
         return _decide_log(options)
     if options.format is not None:

@@ -43,9 +43,9 @@ def run(options: Namespace) -> int:
     if options.arrangement == "-" and "-" in options.properties:
         return usage("standard input can be read only once")
     if options.hold and options.until:
-        return usage("--for and --until both say when what was wished counts again: give one")
+        return usage("--for and --until both say when the requested value counts again: give one")
     if options.monitor is not None and (options.hold or options.until):
-        return usage("with --monitor the monitor itself takes its alarm back: leave --for and --until out")
+        return usage("with --monitor the monitor itself resets its alarm: leave out --for and --until")
     if options.no_proof and options.output is None and not options.list:
         return usage("--no-proof writes files: say where with -o FOLDER")
     try:
@@ -66,7 +66,7 @@ def run(options: Namespace) -> int:
     except Unregistered as wrong:
         return usage(str(wrong))
     if not properties.goals:
-        return usage("give what to keep: -p or --properties")
+        return usage("name what to keep: -p or --properties")
     clock = bind(arrangement, properties).clock
     found = [guardable(p, arrangement, clock, own_monitor=options.monitor is not None) for p in properties.goals]
     if options.list:
@@ -80,7 +80,7 @@ def run(options: Namespace) -> int:
     if options.every or options.looks:
         return usage("--every and --looks are for a guard outside: give its commands with --outside")
     if not fallbacks and not (reactions and options.monitor is not None):
-        return usage("--fallback OUTPUT=VALUE is missing: what comes in the place of what was wished")
+        return usage("--fallback OUTPUT=VALUE is missing: it says what replaces the requested value")
     own = None if options.monitor is None else (options.monitor, read_source(options.monitor)[0].text)
     until = options.hold or options.until
     wanted = Wanted(

@@ -32,7 +32,7 @@ def run(options: Namespace) -> int:
     if wrong is not None:
         return usage(f"{asked[wrong][0]} is for --engine {ENGINES.takers(wrong)}")
     if options.save in ("", "-"):
-        return usage("--save wants the name of a file")
+        return usage("--save needs the name of a file")
     arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)

@@ -103,7 +103,7 @@ def _verified(options: Namespace) -> Checked:
 def _checkpoint_mistake(options: Namespace) -> str | None:
     """What is wrong with the options about checkpoints."""
     if options.checkpoint == "":
-        return "--checkpoint wants the name of a file"
+        return "--checkpoint needs the name of a file"
     if options.checkpoint is None and options.resume:
         return "--resume goes on from the file that --checkpoint FILE names"
     if options.checkpoint is None and options.checkpoint_every is not None:

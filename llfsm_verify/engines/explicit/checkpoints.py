@@ -36,7 +36,7 @@ CONTRADICTED = (Disagreement, BrokenProgramError, NoWitness)
 PATIENCE = 1.0
 """Seconds in which an exploration must come to a place where it can be saved."""
 CODES = {
-    "E413": "A checkpoint cannot be read, used or written: it is damaged, or says what the arrangement does not do.",
+    "E413": "A checkpoint cannot be read, used or written: it is damaged, or the arrangement does not do what it says.",
     "E414": "A checkpoint belongs to another arrangement, other properties, options or another version.",
     "E415": "A checkpoint would replace something that is not a checkpoint.",
     "W402": "A checkpoint could not be saved; the search goes on, and saving is tried again.",

@@ -195,7 +195,7 @@ class _Rules:
             if body.num_args() == 2 and body.arg(0).decl().eq(self._invariant):
                 known = {body.arg(0).arg(i).get_id(): name for i, name in names.items()}
                 return read(body.arg(1), known)
-        raise Unreadable("it says nothing of the states")
+        raise Unreadable("it says nothing about the states")
 
 
 def _conjuncts(term: z3.BoolRef) -> Iterator[z3.BoolRef]:

@@ -31,7 +31,7 @@ def header(flat: Flat, blocks: Blocks, letter: int) -> list[str]:
             lines.append("     ./pan -m1000000 -A -E    counts; a fault leads to the initial configuration")
     else:
         lines += [
-            "   A letter is held until the next step is complete, so that formulas without X stand as they are.",
+            "   A letter is held until the next step is complete, so that formulas without X keep their meaning.",
             "   The others, and long ones, are never claims of ours, which read a letter where `tick` holds.",
             "     spin -o2 -a FILE",
             f"     gcc -w -O2 {options}",

@@ -99,9 +99,9 @@ def _time(letter: str, text: str) -> tuple[Op, str] | str | None:
         known = least if times[0] is not None else most
         other = most if known == least else least
         if other.isdigit():
-            return f"one end of `[{text[:40]}]` is a time, and `{other[:40]}` has no unit"
+            return f"one end of `[{text[:40]}]` is a time, but `{other[:40]}` has no unit"
     if "-" in text:
-        return "a time is not negative"
+        return "a time cannot be negative"
     if letter not in _TIMED or None in times:
         return f"`[{text[:40]}]` is not a valid time bound of `{letter}`"
     start, end = (t or "" for t in times)

@@ -198,7 +198,7 @@ class _Builder:
                 if other is not None:
                     a, b = words.excerpt(left.first, left.last), words.excerpt(right.first, right.last)
                     hint = f"write `{a} {other} {b}`"
-                message = f"`{text}` compares values, and this is a formula"
+                message = f"`{text}` compares values, but this is a formula"
                 raise words.error(codes.FORMULA_COMPARED, message, side.first, side.last, hint)
         return _node("comparison", left.first, right.last)
 
@@ -256,7 +256,7 @@ class _Builder:
                 hint = f"write `{meant}`" if meant else None
                 if any(t.text in ("&", "|", "^") for t in self._words.tokens[max(0, first - 1) : first + 2]):
                     hint = NO_BITS
-                message = f"`{token.text}` is a number, and a formula is expected"
+                message = f"`{token.text}` is a number, but a formula is expected"
                 raise self._words.error(codes.NUMBER_AS_FORMULA, message, first, last, hint)
         place = self._words.atom(first, last)
         known = self._atoms.setdefault(place.text, place)
@@ -266,7 +266,7 @@ class _Builder:
 
     def _value(self, node: _Node, sign: Token) -> _Node:
         if node.formula is not None:
-            message = f"this is a formula, and `{sign.text}` works on values"
+            message = f"this is a formula, but `{sign.text}` works on values"
             raise self._words.error(codes.FORMULA_AS_VALUE, message, node.first, node.last)
         return node
 

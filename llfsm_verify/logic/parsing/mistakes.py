@@ -55,8 +55,7 @@ def misfit(words: Words, i: int) -> DiagnosticError:
         hint = f"write `0.{tokens[i + 1].text}`"
     elif token.text in ("<", ">") and before is not None and before.text == token.text:
         hint = NO_BITS
-    side = f"left of `{token.text}`" if token.type in BINARY else f"before `{token.text}`"
-    return words.error(codes.OPERAND_MISSING, f"something is missing {side}", i, i, hint)
+    return words.error(codes.OPERAND_MISSING, f"something is missing before `{token.text}`", i, i, hint)
 
 
 def refuse_joined(words: Words, i: int) -> None:

@@ -175,13 +175,13 @@ class _Reader:
         raise self._unexpected(begin)
 
     def _unexpected(self, i: int) -> DiagnosticError:
-        message = f"a scope is expected, this is `{self.tokens[i].text}`"
+        message = f"a scope is expected, but this is `{self.tokens[i].text}`"
         return self.words.error(codes.PATTERN, message, i, i, _SCOPE_HINT)
 
     def _operand(self, start: int, end: int, word: int) -> Formula:
         """The formula that the words `start` to `end` (not included) are, for the pattern's word number `word`."""
         if start >= end:
-            message = f"a formula is missing beside `{self.tokens[word].text}`"
+            message = f"a formula is missing next to `{self.tokens[word].text}`"
             raise self.words.error(codes.PATTERN, message, word, word, "write `s responds to p`, `absence of p`")
         parsed = parse_words(Words(self.words.fragment, self.tokens[start:end]))
         for key, place in parsed.atoms.items():

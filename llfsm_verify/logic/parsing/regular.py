@@ -163,7 +163,7 @@ def _refuse_apart(words: Words, i: int, sign: int) -> None:
         return
     joined = "".join(token.text for token in words.tokens[i : sign + 2])
     a = words.excerpt(i, sign - 1)
-    message = "`.` does not join letters to a sequence: letters stand beside each other"
+    message = "`.` does not join letters to a sequence: write them next to each other"
     hint = f"write `{a} {name.text}`, or `{joined}` for the variable `{name.text}` of `{a}`"
     raise words.error(codes.REGULAR_LETTER, message, sign, sign, hint)
 
@@ -172,9 +172,9 @@ def _no_letter(words: Words, i: int) -> DiagnosticError:
     token = words.tokens[i]
     hint = "a letter is `m@STATE`, the name of a Boolean, `true`, or a formula in brackets: `[x > 3 && !car]`"
     if token.type == "NOT":
-        hint = "write `[!…]`: a formula is put into brackets"
+        hint = "write `[!…]`: put a formula into brackets"
     elif token.type in ("COMMA", "AND", "DOT"):
-        hint = "letters stand beside each other: `a b`; a formula is put into brackets: `[a && b]`"
+        hint = "write letters next to each other: `a b`; put a formula into brackets: `[a && b]`"
     elif len(token.text) == 1 and token.text.isupper():
         hint = f'write `"{token.text}"` for a variable of that name'
     return words.error(

@@ -65,14 +65,16 @@ class Words:
         if "#" in text[token.start : token.end]:  # it would begin a comment
             at = text.index("#", token.start)
             span = self.fragment.span(at, at + 1)
-            raise DiagnosticError(Diagnostic(codes.CHARACTER, "no atom has the character `#`", span))
+            raise DiagnosticError(Diagnostic(codes.CHARACTER, "an atom cannot have the character `#`", span))
         inner = tokenise(text, token.start + 1, token.end - 1)
         if not inner:
             raise self.error(codes.QUOTED, "there is nothing between the quotes", i, i)
         for t in inner:
             if t.type == "OTHER":
                 span = self.fragment.span(t.start, t.end)
-                raise DiagnosticError(Diagnostic(codes.CHARACTER, f"no atom has the character {_shown(t.text)}", span))
+                raise DiagnosticError(
+                    Diagnostic(codes.CHARACTER, f"an atom cannot have the character {_shown(t.text)}", span)
+                )
         if not alone and (len(inner) > 1 or not (inner[0].text[0].isalpha() or inner[0].text[0] == "_")):
             raise self.error(
                 codes.QUOTED, "inside a larger atom only a name can be quoted", i, i,
@@ -95,10 +97,12 @@ def check_words(words: Words) -> None:
             opening = words.tokens[open_brackets.pop()]
             if opening.type != CLOSING[token.type]:
                 line = words.fragment.span(opening.start, opening.end).line
-                message = f"this `{token.text}` meets the `{opening.text}` of line {line}"
+                message = f"this `{token.text}` does not match the `{opening.text}` of line {line}"
                 raise words.error(codes.STRAY_BRACKET, message, i, i, "close brackets in the order they were opened")
         elif token.type == "OTHER":
-            raise words.error(codes.CHARACTER, f"no formula has the character {_shown(token.text)}", i, i, _say(token))
+            raise words.error(
+                codes.CHARACTER, f"a formula cannot have the character {_shown(token.text)}", i, i, _say(token)
+            )
         elif token.type == "OPEN_QUOTE":
             span = words.fragment.span(token.start, token.start + 1)
             raise DiagnosticError(Diagnostic(codes.OPEN_QUOTE, "this quote is not closed on its line", span))

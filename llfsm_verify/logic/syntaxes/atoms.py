@@ -23,12 +23,12 @@ def atom_place(
         start, end = start + 1, end - 1
         if "#" in text[start:end]:  # it would begin a comment
             at = text.index("#", start)
-            message = "no atom has the character `#`"
+            message = "an atom cannot have the character `#`"
             raise DiagnosticError(Diagnostic(codes.CHARACTER, message, fragment.span(at, at + 1)))
     tokens: list[Token] = []
     for token in tokenise(text, start, end):
         if token.type in ("OTHER", "OPEN_QUOTE"):
-            message = f"no atom has the character `{token.text}`"
+            message = f"an atom cannot have the character `{token.text}`"
             raise DiagnosticError(Diagnostic(codes.CHARACTER, message, fragment.span(token.start, token.end)))
         if token.type == "NEWLINE":
             continue

@@ -126,7 +126,7 @@ class _Reader:
             if match is None or match.end() == at:
                 character = text[at]
                 shown = f"`{character}`" if character.isprintable() else f"U+{ord(character):04X}"
-                message = f"{self._table.title}'s formulas have no {shown} here"
+                message = f"{shown} is not allowed here in {self._table.title}'s formulas"
                 hint = 'a name with other characters is quoted: `"…"`'
                 raise self._wrong(message, at, at + 1, hint)
             if match.lastgroup != "SKIP":
@@ -193,7 +193,7 @@ class _Reader:
             return False
         if kind == "SIGN" and text == "*" and self._inside:
             raise self._error(
-                "`*` repeats what stands before it, and nothing does", token, "write `[*]` for any letters"
+                "`*` repeats what is before it, but nothing is there", token, "write `[*]` for any letters"
             )
         if kind == "OPEN":
             self._open(token, False)
@@ -206,8 +206,7 @@ class _Reader:
             self._atoms.setdefault(key, place)
             self._push(atom(key), token, True)
             return False
-        side = "left of" if text in table.infix else "before"
-        raise self._error(f"something is missing {side} `{text}`", token)
+        raise self._error(f"something is missing before `{text}`", token)
 
     def _open(self, token: _Token, is_first_match: bool) -> None:
         inside = self._inside or token.text == "{"
@@ -254,14 +253,14 @@ class _Reader:
         infix = self._table.infix.get(text) if kind in ("SIGN", "NAME") else None
         if infix is None:
             before = self._fragment.text[top.start : top.end][-20:]
-            hint = "a regular expression in braces stands before it" if kind == "BINDER" else None
+            hint = "write a regular expression in braces before it" if kind == "BINDER" else None
             raise self._error(f"there is no operator between `{before}` and `{text}`", token, hint)
         self._infix(token, infix)
         return True
 
     def _infix(self, token: _Token, infix: Infix) -> None:
         if infix.op in ("seq", "fuse") and not self._inside:
-            message = f"`{token.text}` joins regular expressions, which stand in braces"
+            message = f"`{token.text}` joins regular expressions, which are written in braces"
             raise self._error(message, token, "write `{a ; b}`")
         if self._inside and infix.op in ("U", "W", "R", "M", "S", "T"):
             raise self._temporal_inside(token)
@@ -302,7 +301,7 @@ class _Reader:
             raise self._error(f"this `{token.text}` closes nothing", token, code=codes.STRAY_BRACKET)
         frame = self._frames[-1]
         if frame.token.text != wanted:
-            message = f"this `{token.text}` meets the `{frame.token.text}` before it"
+            message = f"this `{token.text}` does not match the `{frame.token.text}` before it"
             raise self._error(message, token, code=codes.STRAY_BRACKET)
         self._reduce(frame.operators, _LOOSE - 1)
         self._frames.pop()
@@ -320,7 +319,7 @@ class _Reader:
 
     def _repeat(self, token: _Token) -> None:
         if not self._inside:
-            message = f"`{token.text}` repeats a regular expression, which stands in braces"
+            message = f"`{token.text}` repeats a regular expression, which is written in braces"
             raise self._error(message, token, "write `{a[*]}`")
         self._reduce(self._frames[-1].operators, _TIGHT - 1)
         top = self._operands[-1]
@@ -383,7 +382,7 @@ class _Reader:
             return
         if operator.sort == "prefix":
             if self._inside and not right.boolean:
-                raise self._error(f"`{operator.token.text}` negates state formulas only, in braces", operator.token)
+                raise self._error(f"`{operator.token.text}` in braces negates only state formulas", operator.token)
             argument = self._as_formula(right)
             negated = operator.op == "not"
             formula = negation(argument) if negated else apply(operator.op, argument, bound=operator.bound)

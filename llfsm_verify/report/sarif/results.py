@@ -35,7 +35,7 @@ SHORT = {
     VIOLATED: "A run of the arrangement violates a property.",
     EMPTY: "A property holds, but says less than it seems to.",
     UNKNOWN: "A property was neither found to hold nor violated.",
-    RESUMED: "A verdict rests on a checkpoint, and --strict wants more.",
+    RESUMED: "A verdict rests on a checkpoint, but --strict needs more.",
 }
 HELP = {
     VIOLATED: "The code flow is a run that the executor took, step by step, to where the property can no longer hold, "
@@ -52,7 +52,7 @@ HELP = {
 
 
 def result_sarif(result: Result, arrangement: Arrangement) -> str:
-    """A log with one run: a result for each property violated, unknown or held emptily, each fault, and each warning.
+    """A log with one run: a result for each property violated, unknown or held vacuously, each fault, and each warning.
 
     These stand at the property's line, a fault at the line of the machine that raises it; each run is a code flow
     through the lines of transitions and states. A pass that is empty is an error with ``--strict`` and else a note, one

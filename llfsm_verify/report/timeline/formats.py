@@ -14,11 +14,9 @@ TIMELINES: Registry[Callable[[Timeline, BinaryIO], None]] = Registry(
     "format of timelines",
     [
         Entry("csv", "llfsm_verify.report.timeline.table:write_csv", "a row for each moment", (".csv",)),
-        Entry("vcd", "llfsm_verify.report.timeline.vcd:write_vcd", "as GTKWave and other viewers read it", (".vcd",)),
+        Entry("vcd", "llfsm_verify.report.timeline.vcd:write_vcd", "for GTKWave and other viewers", (".vcd",)),
         Entry("svg", "llfsm_verify.report.timeline.diagram:write_svg", "a timing diagram", (".svg",)),
-        Entry("itf", "llfsm_verify.report.timeline.itf:write_itf", "as Apalache and Quint read it", (".itf.json",)),
-        Entry(
-            "mcap", "llfsm_verify.report.timeline.mcap:write_mcap", "as Foxglove and robotics tools read it", (".mcap",)
-        ),
+        Entry("itf", "llfsm_verify.report.timeline.itf:write_itf", "for Apalache and Quint", (".itf.json",)),
+        Entry("mcap", "llfsm_verify.report.timeline.mcap:write_mcap", "for Foxglove and robotics tools", (".mcap",)),
     ],
 )

@@ -83,11 +83,11 @@ class Attached:
                 return Answer(quits=True)
         if given.command.changes:
             raise DebugError(
-                f"`{name}` would change the run, and attached to one the debugger only looks; `llfsm whiteboard post` "
+                f"`{name}` would change the run, but an attached debugger only looks; `llfsm whiteboard post` "
                 "gives values to inputs, `llfsm send` commands to machines"
             )
         raise DebugError(
-            f"`{name}` needs the steps of the run, and attached to one the debugger sees its frames; it works on a "
+            f"`{name}` needs the steps of the run, but an attached debugger sees only its frames; it works on a "
             "recording of it (`llfsm run --record`)"
         )
 
@@ -100,7 +100,7 @@ class Attached:
                 ending = self._board.view().ending
                 if ending == "replaced":
                     return (
-                        "the arrangement was changed (another machine or policy), and other frames go on: attach again"
+                        "the arrangement was changed (another machine or policy), and other frames follow: attach again"
                     )
                 return f"there are no more frames: the run is over ({ending})"
             if len(self.frames) >= MOST_FRAMES:
@@ -145,7 +145,7 @@ class Attached:
         match = _AT.fullmatch(formula)
         if match is None:
             raise DebugError(
-                f"attached to a run, what is asked is the state of a machine, `MACHINE@STATE`, not `{formula[:60]}`; "
+                f"attached to a run, ask for the state of a machine, `MACHINE@STATE`, not `{formula[:60]}`; "
                 "other formulas work on a recording of it"
             )
         machine, state = match.groups()

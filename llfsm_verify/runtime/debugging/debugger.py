@@ -263,7 +263,7 @@ class Debugger:
         """Backwards until a state formula is true. DebugError: it is none."""
         watch = self._watch(formula, begin=0)
         if not watch.is_state:
-            raise DebugError("backwards one looks for a state formula; monitors read forwards only")
+            raise DebugError("going backwards needs a state formula: monitors read only forwards")
         self._follow(watch)
         return self._backwards(lambda: watch.stops(self.position))
 
@@ -396,7 +396,7 @@ class Debugger:
                 reason = watch.breaks(self.position)
             except DebugError as error:
                 del self.breaks[number]
-                raise DebugError(f"break point {number} is taken away: {error}") from None
+                raise DebugError(f"break point {number} was removed: {error}") from None
             if reason is not None:
                 return f"break point {number}: {reason}"
         return None
@@ -432,7 +432,7 @@ class Debugger:
         if self.position:
             raise DebugError(f"`{name}` never changes in a run: `goto 0` leads to where it can be set")
         if self.start.stood is not None:
-            raise DebugError(f"`{name}` never changes in a run, and this one goes on with an earlier one")
+            raise DebugError(f"`{name}` never changes in a run, and this run continues an earlier one")
         forgotten = self._cut()
         self.start = Start((*self.execution.free(self._first), (name, number)))
         self._first = self.start.record(self.execution)
@@ -477,7 +477,7 @@ class Debugger:
         if isinstance(self.path, Free):
             return self.path
         raise DebugError(
-            f"one cannot {what}: this {self.path.kind} has happened; `fork` leaves it here, and goes on with inputs "
+            f"you cannot {what}: this {self.path.kind} has happened; `fork` leaves it here and continues with inputs "
             "that you set"
         )
 

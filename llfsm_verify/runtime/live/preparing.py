@@ -27,7 +27,9 @@ def runnable(arrangement: Arrangement, *, simulated: bool, cycle_ms: Fraction | 
         arrangement = replace(arrangement, environment=None)
         for machine in arrangement.machines:
             if machine.model:
-                message = f"machine `{machine.name}` is a model of something else (`model: true`), and only simulated"
+                message = (
+                    f"machine `{machine.name}` is a model of something else (`model: true`), and can only be simulated"
+                )
                 raise DiagnosticError(
                     Diagnostic(IMPOSSIBLE, message, machine.span, hint="write --simulate, or the machine that runs")
                 )
@@ -43,7 +45,7 @@ def runnable(arrangement: Arrangement, *, simulated: bool, cycle_ms: Fraction | 
     if cycle_ms is None:
         message = "nothing says how long a cycle of this arrangement takes"
         raise DiagnosticError(
-            Diagnostic(IMPOSSIBLE, message, arrangement.span, hint="say it with --cycle-ms 100, for example")
+            Diagnostic(IMPOSSIBLE, message, arrangement.span, hint="give it, for example with --cycle-ms 100")
         )
     return replace(arrangement, timing="timed", cycle_ms=cycle_ms)
 

@@ -200,10 +200,10 @@ class Succession:
         before = self._draft
         if before is None:
             raise Refused(
-                "this arrangement does not come from files, or they were edited, so nothing of it can be replaced"
+                "nothing of this arrangement can be replaced: it does not come from files, or they were edited"
             )
         if self._asked is not None:
-            raise Refused("another machine or policy is on its way into this run")
+            raise Refused("another machine or policy is already being loaded into this run")
         draft, running = with_change(before, change), self.shared.loop
         loaded = Loaded(change, unchecked)
 
@@ -290,7 +290,7 @@ class Succession:
         loop, machine = following.shared.loop, following.asked.loaded.machine
         if not following.asked.allows(before):
             self._drop_next()
-            self._refuse("the run is where it was not checked that it may be loaded")
+            self._refuse("the run is in a configuration from which loading was not checked")
             return False
         try:
             record = carried(before.code, before.record, loop.code, loop.record, machine)

@@ -27,7 +27,7 @@ def read_mcap(path: str, wanted: Wanted) -> Iterator[Row]:
             reader = make_reader(file, validate_crcs=True)
             summary = reader.get_summary()
             if summary is None:
-                raise Unreadable("it has no summary: whoever wrote it did not finish it")
+                raise Unreadable("it has no summary, so it was not written to its end")
             topics = sorted({channel.topic for channel in summary.channels.values()})
             topic = _topic(wanted, topics)
             places = {column: _place(column, topic, topics) for column in wanted.columns}

@@ -86,7 +86,7 @@ class _Reader:
         if started is None:
             return None
         for held in started.holds:
-            self._take(held, key.span, f"{what} wants {held}, which another port has")
+            self._take(held, key.span, f"{what} needs {held}, which another port has")
         return PortSpec(name, started.start, inputs, outputs, on_failure, timeout, safe, started.holds, key.span)
 
     def _kind(self, mapping: MappingNode, what: str) -> Kind | None:

@@ -23,7 +23,7 @@ PATIENCE = 5.0
 """Seconds in which a broker must answer."""
 RETRY = 1.0
 """Seconds between two attempts to connect again, and the longest that one may take."""
-HINT = "start the broker, or correct what the port says of it"
+HINT = "start the broker, or correct what the port says about it"
 MOST_BYTES = 1 << 16
 """Of a message."""
 

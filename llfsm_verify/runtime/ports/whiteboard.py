@@ -101,7 +101,7 @@ class Board:
     def settings(self, report: Report, found: Mapping[str, Node], what: str, folder: str) -> Started | None:  # noqa: ARG002 - no path here
         """See `Kind`."""
         if "outputs" in found:
-            message = f"{what} has `outputs`, and what this run writes stands on its own whiteboard"
+            message = f"{what} has `outputs`, but this run writes only to its own whiteboard"
             hint = "leave out `outputs`, and let the other run read it by a port of this kind"
             report.error(UNKNOWN, message, mark(found["outputs"]), hint)
             return None

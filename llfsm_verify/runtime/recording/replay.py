@@ -126,7 +126,7 @@ def _begin(loop: Loop, frame: tuple[int, ...]) -> None:
         again = b""
     states = zip(frame[frames.monitors :], code.tables, strict=True)
     if again != record or any(not 0 <= state < len(table.states) for state, table in states):
-        raise Differs(frame[NUMBER], "it is nothing that this arrangement can be in")
+        raise Differs(frame[NUMBER], "this arrangement cannot be in it")
     if frame[ENDING] or frame[NUMBER] < 1 or frame[STEPS] < 0 or not -1 <= frame[PROCESS] < len(code.program.processes):
         raise Differs(frame[NUMBER], "no run goes on from it")
     _check(code, frame[NUMBER], enumerate(frame[frames.choices : frames.choices + len(code.program.choices)]))

@@ -412,7 +412,7 @@ def _answer(line: bytes) -> dict[str, Json]:
         answer = json.loads(line)
     except (ValueError, RecursionError):
         answer = None
-    return answer if isinstance(answer, dict) else {"error": "the owner answers nonsense"}
+    return answer if isinstance(answer, dict) else {"error": "the owner's answer is not valid"}
 
 
 def called(name: str) -> socket.socket:
@@ -423,7 +423,7 @@ def called(name: str) -> socket.socket:
         connection.connect(str(socket_path(name)))
     except BlockingIOError:
         connection.close()
-        raise WhiteboardError(f"too many call the whiteboard `{name}` at once") from None
+        raise WhiteboardError(f"too many processes call the whiteboard `{name}` at once") from None
     except OSError:
         connection.close()
         raise WhiteboardError(f"there is no whiteboard `{name}`, or its owner has died") from None

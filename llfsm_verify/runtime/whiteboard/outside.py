@@ -188,7 +188,7 @@ class OutsideGuard:
         refused = []
         for answer in self._board.answers():
             if not self._sent:
-                raise WhiteboardError(f"the owner of `{self._board.name}` answers what nobody asked")
+                raise WhiteboardError(f"the owner of `{self._board.name}` answers a question that nobody asked")
             waiting = self._sent.popleft()
             match answer:
                 case {"error": why}:

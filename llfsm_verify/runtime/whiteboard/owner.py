@@ -275,7 +275,7 @@ class Owner:
     def _refuses_too_often(self, client: _Client) -> bool:
         if client.refusals <= MOST_REFUSALS:
             return False
-        self._refused(client, f"it is sent away after {MOST_REFUSALS} refusals")
+        self._refused(client, f"it is disconnected after {MOST_REFUSALS} refusals")
         return True
 
     def _await(self, client: _Client) -> None:

@@ -110,7 +110,7 @@ class Check:
         """Fails unless every property of a file holds, but for those named in `violated`, which must be violated.
 
         A relative path is taken from the folder of the test file. With `strict`, the properties named in
-        `accept_vacuity` may hold emptily. The other arguments are those of `holds`.
+        `accept_vacuity` may hold vacuously. The other arguments are those of `holds`.
         """
         __tracebackhide__ = True
         limits = Limits(max_states, memory, timeout)

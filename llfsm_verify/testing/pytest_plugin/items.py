@@ -64,7 +64,7 @@ class TraceTest(pytest.Item):
             lines.append("hint: find the failure and save it again, or remove the file")
         elif done.found == "holds":
             hint = "`expect: holds` makes the file a regression test; pytest --llfsm-update writes it"
-            lines.append(f"hint: if it is mended, {hint}")
+            lines.append(f"hint: if it is corrected, {hint}")
         return "\n".join(lines)
 
     @property

@@ -212,7 +212,7 @@ def test_a_break_point_reads_what_no_machine_reads(lights: Arrangement) -> None:
         ("list nobody", "there is no machine `nobody`"),
         ("help nobody", "there is no command `nobody`"),
         ("fork", "inputs can be set already"),
-        ("back-until F ns@RED", "monitors read forwards only"),
+        ("back-until F ns@RED", "monitors read only forwards"),
         ("break assume a: ns@RED", "is not one property"),
     ],
 )

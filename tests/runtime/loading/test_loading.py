@@ -341,7 +341,7 @@ def test_a_machine_takes_the_place_of_another_in_a_run(counter: Path) -> None:
     assert done.returncode == 0 and f"at step 0, 0 cycles, 0 s, frame {frame - 1:,}: count@DOWN" in done.stdout, done
     assert "The recording ends here: replaced." in done.stdout
     done = llfsm("trace", f"{record}.2", "--to", "trace", "--arrangement", str(counter / "a.yaml"), "-p", "G out < 9")
-    assert done.returncode == 3 and "E488" in done.stderr and "goes on with an earlier" in done.stderr
+    assert done.returncode == 3 and "E488" in done.stderr and "continues an earlier" in done.stderr
     turns = turns_of(Path(f"{record}.2"))
     with Recording(f"{record}.2") as recording:
         ((machine, name, text, unchecked),) = recording.header["loaded"]  # type: ignore[misc]

@@ -127,7 +127,7 @@ def test_two_runs_read_one_another(tmp_path: Path) -> None:
     [
         (TEXT.replace("whiteboard: other", "whiteboard: a/b"), "is not a valid name of a whiteboard"),
         (TEXT.replace("    whiteboard: other\n", ""), "has no `whiteboard`"),
-        (TEXT + "    outputs: [level]\n", "stands on its own whiteboard"),
+        (TEXT + "    outputs: [level]\n", "writes only to its own whiteboard"),
         (TEXT.replace("whiteboard: other", "whiteboard: [other]"), "`whiteboard`"),
     ],
 )
