@@ -21,7 +21,7 @@ from llfsm_verify.cli.properties import chosen, read_properties
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.files import read_regular
 from llfsm_verify.guarding.codes import NOT_GUARDABLE, UNWRITABLE
-from llfsm_verify.guarding.guardable import Guardable, guardable
+from llfsm_verify.guarding.guardable import Guardable, guardable, unfit_assumptions
 from llfsm_verify.guarding.reactions import KINDS, reaction
 from llfsm_verify.guarding.transform import Guarded, Task, guard
 from llfsm_verify.guarding.wanted import Wanted, refuse_unknown
@@ -68,6 +68,9 @@ def run(options: Namespace) -> int:
     if not properties.goals:
         return usage("give what to keep: -p or --properties")
     clock = bind(arrangement, properties).clock
+    problems = () if options.outside else tuple(unfit_assumptions(properties.assumptions, arrangement))
+    if problems:
+        raise DiagnosticError(problems)
     found = [guardable(p, arrangement, clock, own_monitor=options.monitor is not None) for p in properties.goals]
     if options.list:
         Output().plain("".join(_listed(found)))
