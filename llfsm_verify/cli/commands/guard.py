@@ -52,6 +52,12 @@ def run(options: Namespace) -> int:
         fallbacks = assignments("--fallback", options.fallback)
     except ValueError:
         return usage("--fallback needs OUTPUT=VALUE")
+    if not all(fallbacks.values()):
+        return usage("--fallback needs OUTPUT=VALUE: the value is missing")
+    if len(fallbacks) < len(options.fallback):
+        return usage("--fallback names an output twice: give one value, which may be an expression such as a ? 1 : 2")
+    if options.output == "":
+        return usage("-o needs the name of a folder")
     try:
         reactions = tuple(map(reaction, options.react))
     except ValueError:
@@ -215,7 +221,7 @@ def _write(files: Mapping[str, str], folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         message = f"no files can be written there: {error.strerror or 'input/output error'}"
-        raise DiagnosticError(Diagnostic(UNWRITABLE, message, file=str(folder))) from None
+        raise DiagnosticError(Diagnostic(UNWRITABLE, message, hint="name another folder", file=str(folder))) from None
     for name, text in files.items():
         write_whole(text, str(folder / name), UNWRITABLE, "the guarded arrangement")
 
