@@ -263,6 +263,8 @@ def test_what_does_not_fit_is_said(limiter):
     assert code(two, ["G level < 6"], {"level": "0"}) == {"E438"}
     alias = LIMITER.replace("speed: {type: 0..9", "speed: {type: &t 0..9").replace("    type: 0..9", "    type: *t")
     assert code(alias, ["G level < 6"], {"level": "0"}) == {"E438"}
+    policy = LIMITER + "operators: {policy: [bob]}\naccess: {levels: [low], machines: {}, users: {bob: low}}\n"
+    assert code(policy, ["G level < 6"], {"level": "0"}) == {"E438"}
 
 
 KOMODO = Path("models/komodo_region")

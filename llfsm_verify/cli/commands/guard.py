@@ -169,7 +169,7 @@ def _transparent(made: Guarded, budget: Budget) -> str:
     from llfsm_verify.guarding.transparency import Different, Transparent, transparency
 
     same = "outputs, variables and states are those of the original"
-    answer = transparency(made.original, made.arrangement, made.names.alarm, budget)
+    answer = transparency(made.original, made.arrangement, made.names, budget)
     match answer:
         case Transparent(configurations):
             return f"proved: until `{made.names.alarm}` is set, {same} ({configurations:,} configurations)\n"
@@ -177,7 +177,9 @@ def _transparent(made: Guarded, budget: Budget) -> str:
             lines = [f"not proved: until `{made.names.alarm}` is set, {same}. They differ after {len(steps)} steps:"]
             lines += [f"  `{name}` is {new}, and was {old}" for name, old, new in found]
             lines += [f"  the guard ends the run in a fault: {fault}"] if fault else []
-            inputs = [(n, s.machine, [f"{i.input} = {i.text}" for i in s.sampled]) for n, s in enumerate(steps, 1)]
+            inputs = [
+                (n, s.machine, [f"{i.input or i.choice} = {i.text}" for i in s.sampled]) for n, s in enumerate(steps, 1)
+            ]
             lines += [f"  step {n}, {machine}: {', '.join(given)}" for n, machine, given in inputs if given]
             return "\n".join(lines) + "\n"
     return f"not proved: until `{made.names.alarm}` is set, {same}: {answer.reason}\n"
