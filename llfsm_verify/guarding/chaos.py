@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -78,11 +79,13 @@ def chaos_machine(
     """The text of chaos in the place of `machine`, as far as it writes what is `read`. Uncovered: it cannot do all that
     the machine could."""
     own = _own_prefix(arrangement)
-    turn = list(_writes(arrangement, machine, read))
+    turn = [*_samples(arrangement, machine, guarded, read, own), *_writes(arrangement, machine, read)]
     if commands:
         turn += _commands(arrangement, machine, guarded, own)
     if _watched(arrangement, machine, guarded):
-        states = _all_states(machine, [*turn, *_fault(own)], f"{own}next")
+        # A fault that ends the run ends what there is to keep.
+        fault = _fault(own) if machine.on_fault == "unload" else ()
+        states = _all_states(machine, [*turn, *fault], f"{own}next")
     else:
         states = _one_state(turn)  # to be suspended, unloaded or finished is to leave everything as it is
     return "\n".join(["machine: Chaos", *states]) + "\n"
@@ -105,8 +108,14 @@ def _read_by_others(arrangement: Arrangement, guarded: Sequence[str]) -> Iterato
 
 
 def _watched(arrangement: Arrangement, machine: Machine, guarded: Sequence[str]) -> bool:
-    """Whether it matters to others in which state the machine is."""
-    if machine.nested or any(state.runs for state in machine.states):
+    """Whether it matters in which state the machine is: to machines that are no chaos, or that it runs and that are
+    watched."""
+    if machine.nested and not any(
+        machine.name in state.runs for owner in guarded for state in arrangement.machine(owner).states
+    ):
+        return True
+    inner = [name for state in machine.states for name in state.runs]
+    if any(name not in guarded or _watched(arrangement, arrangement.machine(name), guarded) for name in inner):
         return True
     others = [m.states for m in arrangement.texts if m.name not in guarded]
     asked = (node for node in nodes(tuple(others)) if isinstance(node, AtState | Query))
@@ -157,6 +166,28 @@ def _all_states(machine: Machine, turn: list[str], choice: str) -> list[str]:
 
 def _action(kind: str, lines: Iterable[str]) -> list[str]:
     return [f"    {kind}: |", *(f"      {line}" for line in lines)]
+
+
+def _samples(
+    arrangement: Arrangement, machine: Machine, guarded: Sequence[str], read: Collection[str], own: str
+) -> Iterator[str]:
+    """Reads of the inputs of which a letter would otherwise show the sample that a machine before has taken.
+
+    To read an input that is in no sample of the cycle so far changes nothing: its value is any in both cases.
+    """
+    (process,) = arrangement.processes
+    before = process.schedule[: process.schedule.index(machine.name)]
+    texts = tuple(arrangement.machine(name).states for name in before if name not in guarded)
+    mentioned = {node.variable.name for node in of_kind(texts, Read) if node.variable.scope == "whiteboard"}
+    places = [
+        part
+        for entry in arrangement.whiteboard
+        if entry.role == "input" and entry.variable.name in read and entry.variable.name in mentioned
+        for part in _parts(entry.variable.name, entry.variable.type)
+    ]
+    for number, (place, kind) in enumerate(places):
+        value = "" if (first := _values(kind)) == "bool" else f" == {re.split(', |[.][.]', first)[0]}"
+        yield f"bool {own}sees_{number} = {place}{value};"
 
 
 def _writes(arrangement: Arrangement, machine: Machine, read: Collection[str]) -> Iterator[str]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.ltl.translation import is_safety_property
 from llfsm_verify.automata.safety import Safety, safety
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
-from llfsm_verify.guarding.codes import NOT_GUARDABLE
+from llfsm_verify.guarding.codes import NOT_GUARDABLE, UNFIT
 from llfsm_verify.language.atoms import PropertyScope, check_atom
 from llfsm_verify.language.trees import nodes, of_kind
 from llfsm_verify.language.typed import AtState, Edge, Expression, Observe, Query, Read, Sampled, Sampling
@@ -69,6 +69,18 @@ def guardable(
             found = error.diagnostics[0]
             first = Refusal(found.message, found.span or line.span, found.hint or "use other atoms")
     return Guardable(line, outputs, first)
+
+
+def unfit_assumptions(lines: Iterable[Property], arrangement: Arrangement) -> Iterator[Diagnostic]:
+    """The assumptions that ask what machines do: in a proof others stand in their places (E438)."""
+    scope = PropertyScope.of(arrangement)
+    for line in lines:
+        for atom in (check_atom(fragment, scope) for fragment in line.atoms.values()):
+            for refusal in _in_the_way(atom, arrangement, own_monitor=True):
+                message = f"`{line.name}` cannot be assumed: `{refusal.span.text}` asks what a machine does, and others"
+                message += " stand in its place in the proof"
+                hint = "assume something of inputs and of variables of the whiteboard"
+                yield Diagnostic(UNFIT, message, refusal.span, hint=hint)
 
 
 def not_safe(line: Property, clock: Clock | None) -> Refusal | None:

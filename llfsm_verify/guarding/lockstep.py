@@ -7,7 +7,7 @@ at the end of a cycle, and where the two differ there.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from llfsm_verify.program.program import (
@@ -59,6 +59,8 @@ class Lockstep:
     """Faults of the machines that the original does not have."""
     resampled: frozenset[str]
     """Choices that the original's part of a step also reads."""
+    named: Mapping[str, str]
+    """Choices that have another name there than in the original, by that name."""
 
     def start(self, values: Mapping[str, int | tuple[int, ...]]) -> dict[str, int | tuple[int, ...]]:
         """The configuration in which both begin, from an initial one of the guarded arrangement."""
@@ -71,21 +73,23 @@ class Lockstep:
         return first
 
 
-def lockstep(original: Program, guarded: Program, alarm: str) -> Lockstep:
-    """The product of programs of one process each, with all bits kept. `alarm` is a variable of the guarded one.
+def lockstep(original: Program, guarded: Program, alarm: str, wishes: Mapping[str, str]) -> Lockstep:
+    """The product of programs of one process each, with all bits kept. `alarm` is a variable of the guarded one, and so
+    are `wishes`, by the outputs of the original in whose place they are written.
 
     Unlike: an input or a machine of the original is another one there.
     """
     choices = {choice.name: choice for choice in guarded.choices}
+    named = dict(_named(original, choices, wishes))
     for choice in original.choices:
-        if choices.setdefault(choice.name, choice).type != choice.type:
+        if choices.setdefault(named.get(choice.name, choice.name), choice).type != choice.type:
             raise Unlike(f"`{choice.source}` does not have the same values")
     names = {info.name: number for number, info in enumerate(original.machines)}
     slots = {original.machines[slot.machine].name: index for index, slot in enumerate(original.slots)}
     faults = len(guarded.faults)
     first, site = faults + len(original.faults), FaultSite("lockstep", "", None)
     compared = tuple(_compared(original, guarded))
-    copy = _Copy(faults)
+    copy = _Copy(faults, named)
     (process,), (own_process,) = guarded.processes, original.processes
     parts = []
     for slot in guarded.slots:
@@ -117,7 +121,17 @@ def lockstep(original: Program, guarded: Program, alarm: str) -> Lockstep:
     )
     new = [i for i, slot in enumerate(guarded.slots) if guarded.machines[slot.machine].name not in names]
     own = frozenset(s.fault for i in new for s in statements(ringlet(guarded, i)) if isinstance(s, Fault))
-    return Lockstep(program, original, guarded, first, first + 1, compared, own, frozenset(copy.choices))
+    return Lockstep(program, original, guarded, first, first + 1, compared, own, frozenset(copy.choices), named)
+
+
+def _named(original: Program, known: Collection[str], wishes: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """Choices of the original that have the name of another variable in what is `known`: what operators, or models of
+    machines, write."""
+    for choice in original.choices:
+        for output, slot in wishes.items():
+            name = choice.name.replace(f"({output})", f"({slot})")
+            if choice.name not in known and name in known:
+                yield choice.name, name
 
 
 def _compared(original: Program, guarded: Program) -> Iterator[str]:
@@ -149,8 +163,8 @@ def _variable(program: Program, name: str) -> Var:
 class _Copy:
     """Statements of the original, with names of their own."""
 
-    def __init__(self, faults: int) -> None:
-        self._faults = faults
+    def __init__(self, faults: int, named: Mapping[str, str]) -> None:
+        self._faults, self._named = faults, named
         self.choices: set[str] = set()
         """Those that what was copied reads."""
 
@@ -164,6 +178,7 @@ class _Copy:
             case Let(local, value):
                 return Let(self._local(local), self._expression(value))
             case Sample(local, choice):
+                choice = self._named.get(choice, choice)
                 self.choices.add(choice)
                 return Sample(self._local(local), choice)
             case If(condition, then, otherwise):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.verdict import Options, Result, Verdict
+from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
 from llfsm_verify.guarding.chaos import Uncovered, with_chaos, with_model
 from llfsm_verify.guarding.switch import switch_machine
 from llfsm_verify.guarding.transform import Guarded
@@ -19,6 +19,7 @@ from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.verification.verify import verify
 
 UNKNOWN = 4
+STOPPED = "the proof was stopped before chaos had given commands"
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +42,8 @@ def prove(guarded: Guarded, properties: PropertySet, options: Options, engine: s
 
     What holds with chaos in more places holds with it in fewer, and is often easier to prove: so all machines below the
     guard are chaos at first. Faults are then those of the guard, of the surroundings and of the pool. What is not
-    proved so is looked at with chaos for the guarded machines alone; a violation is then looked for without commands,
-    whose combinations are many.
+    proved so is looked at with chaos for the guarded machines alone: first without commands, whose combinations are
+    many. What is violated without them is violated, and only what they may change is asked again with them.
     """
     names = guarded.names
     least = tuple(m.name for m in guarded.arrangement.machines if m.name in names.guarded)
@@ -50,20 +51,41 @@ def prove(guarded: Guarded, properties: PropertySet, options: Options, engine: s
     own = (*names.monitors, names.switch, *names.rights.substitutes)
     most = tuple(m.name for m in guarded.arrangement.machines if m.name in least or (m.loaded and m.name not in own))
     proof = _prove(guarded, most, properties, options, engine)
-    kept = proof.result is not None and all(p.verdict is Verdict.HOLDS for p in proof.result.properties)
-    if kept or most == least or (proof.result is not None and proof.result.interrupted):
+    if most == least or (proof.result is not None and (proof.result.interrupted or _kept(proof.result))):
         return proof
     if proof.result is None:
         return _prove(guarded, least, properties, options, engine)
-    alone = replace(options, faults=False)
-    closer = _prove(guarded, least, properties, alone, engine, commands=False)
-    found = () if closer.result is None else closer.result.properties
-    stopped = closer.result is not None and closer.result.interrupted
-    if not stopped and all(p.verdict is not Verdict.VIOLATED for p in found):
-        closer = _prove(guarded, least, properties, alone, engine)
-    if closer.result is None:
-        return closer
-    return _with_reasons(replace(closer, result=replace(closer.result, faults=proof.result.faults)), guarded)
+    found, faults = _those(proof.result, Verdict.HOLDS), proof.result.faults
+    unsure = faults.verdict is not Verdict.HOLDS
+    for commands in (False, True):
+        left = replace(properties, properties=tuple(p for p in properties if p.name not in found))
+        if not left.goals and not (commands and unsure):
+            continue
+        asked = replace(options, faults=commands and unsure)
+        proof = _prove(guarded, least, left, asked, engine, commands=commands)
+        if proof.result is None:
+            return proof
+        found |= _those(proof.result, *(Verdict if commands else [Verdict.VIOLATED]))
+        if asked.faults and proof.result.faults.verdict is Verdict.HOLDS:
+            faults = proof.result.faults
+        if proof.result.interrupted:
+            break
+    assert proof.result is not None
+    rest = {p.name: replace(p, verdict=Verdict.UNKNOWN, reason=STOPPED) for p in proof.result.properties}
+    in_order = tuple((rest | found)[line.name] for line in properties.goals)
+    return _with_reasons(
+        replace(proof, machines=least, result=replace(proof.result, properties=in_order, faults=faults)), guarded
+    )
+
+
+def _kept(result: Result) -> bool:
+    verdicts = [*(found.verdict for found in result.properties), result.faults.verdict]
+    return all(verdict is Verdict.HOLDS for verdict in verdicts)
+
+
+def _those(result: Result, *verdicts: Verdict) -> dict[str, PropertyResult]:
+    """The properties with one of these verdicts, by name."""
+    return {found.name: found for found in result.properties if found.verdict in verdicts}
 
 
 def _prove(

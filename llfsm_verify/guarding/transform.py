@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -76,6 +76,8 @@ def guard(draft: Draft, wanted: Wanted, task: Task, folder: Path) -> Guarded:
         wider = _with_machine(wider, found, task.own)
     known = resolve(wider)
     assert not isinstance(wider.arrangement, Unreadable)
+    if task.own is not None and (problems := list(_wrong_writes(known, found))):
+        raise DiagnosticError(problems)
     layout = Layout(draft, arrangement, found)
     for span, name in renamings(known, wider.arrangement, found.wishes):
         layout.replace(span, name)
@@ -151,6 +153,21 @@ def _with_machine(draft: Draft, found: Names, own: tuple[str, str]) -> Draft:
     )
     sources = (*draft.sources, *reading.sources)
     return replace(draft, arrangement=wider, sources=sources, diagnostics=(*draft.diagnostics, *reading.diagnostics))
+
+
+def _wrong_writes(known: Arrangement, found: Names) -> Iterator[Diagnostic]:
+    """What the monitor of the user's writes and should not, or what others could write, too."""
+    classes = () if known.access is None else known.access.write
+    for name, span in known.machine(found.monitors[0]).writes():
+        if name in found.wishes:
+            message = f"a monitor judges `{name}`, which is routed, and does not write it"
+            yield Diagnostic(UNFIT, message, span, hint=f"set `{ALARM}`: --fallback says what is written instead")
+        elif name != found.alarm and name not in classes:
+            levels = "" if known.access is not None else "levels: [low], "
+            lowest = "low" if known.access is None else known.access.levels[0]
+            message = f"this monitor writes `{name}`, which has no class, and nothing says who else may"
+            hint = f"write `access: {{{levels}write: {{{name}: {lowest}}}}}` in the arrangement"
+            yield Diagnostic(UNFIT, message, span, hint=hint)
 
 
 def _own(draft: Draft, found: Names) -> InstanceDraft:

@@ -13,6 +13,7 @@ from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.guarding.lockstep import MARK, Lockstep, Unlike, lockstep
+from llfsm_verify.guarding.wanted import Names
 from llfsm_verify.kripke.explore import MAX_ROOTS, Explorer
 from llfsm_verify.kripke.labels.sizes import is_wide
 from llfsm_verify.kripke.labels.wide import labels_of
@@ -50,7 +51,7 @@ class Unproved:
 
 
 def transparency(
-    original: Arrangement, guarded: Arrangement, alarm: str, budget: Budget
+    original: Arrangement, guarded: Arrangement, names: Names, budget: Budget
 ) -> Transparent | Different | Unproved:
     """Explore both together, as they are observed at the ends of cycles."""
     if len(original.processes) > 1:
@@ -58,7 +59,7 @@ def transparency(
     try:
         with budget:
             before, after = (lower(replace(a, observe="cycle"), (), keep_all_bits=True) for a in (original, guarded))
-            return _explored(lockstep(before, after, alarm), budget)
+            return _explored(lockstep(before, after, names.alarm, names.wishes), budget)
     except (Unlike, LimitReached) as why:
         return Unproved(str(why))
     except MemoryError:
@@ -118,7 +119,8 @@ def _performed(both: Lockstep, values: Mapping[str, Value], moves: list[Move], f
             return Different(tuple(steps), (), site.message)
         after = step.record
         if shown.machine in names and original.enabled(before):
-            taken = original.step(before, move)
+            same = {name: move.choices[other] for name, other in both.named.items() if other in move.choices}
+            taken = original.step(before, replace(move, choices=move.choices | same))
             if taken.status:
                 raise Disagreement("the original ends in a fault in the run that was found")
             before = taken.record

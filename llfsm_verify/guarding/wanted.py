@@ -131,6 +131,9 @@ def _unfit(arrangement: Arrangement, wanted: Wanted, guarded: tuple[str, ...]) -
         message = "between the turns of monitor and switch a machine of another process could change what was judged"
         hint = "a guard needs a single process: write `schedule`"
         yield Diagnostic(UNFIT, message, arrangement.processes[1].span, hint=hint)
+    for operator in arrangement.policy_users:
+        message = f"`{operator.target}` may change the policy, and then the guard would be as strong as that"
+        yield Diagnostic(UNFIT, message, operator.span, hint="leave `policy` out of `operators`")
     for entry in arrangement.whiteboard:
         variable = entry.variable
         if variable.name in wanted.fallbacks and isinstance(variable.type, ArrayType | RecordType):

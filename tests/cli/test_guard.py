@@ -23,6 +23,9 @@ def guard(*arguments):
     [
         ([], "--fallback OUTPUT=VALUE is missing"),
         (["--fallback", "motor"], "--fallback needs OUTPUT=VALUE"),
+        (["--fallback", "motor="], "the value is missing"),
+        (["--fallback", "motor=false", "--fallback", "motor=true"], "names an output twice"),
+        (["--fallback", "motor=false", "-o", ""], "-o needs the name of a folder"),
         (["--fallback", "motor=false", "--for", "2s", "--until", "button"], "give one"),
         (["--fallback", "motor=false", "--no-proof"], "say where with -o FOLDER"),
         (["--fallback", "motor=false", "--only", "open"], "--only: there is no property `open`"),
@@ -44,6 +47,7 @@ def test_wrong_usage_is_said(capsys, arguments, said):
         (["--fallback", "door=false"], "E439"),
         (["--fallback", "lamp=false"], "E437"),
         (["--fallback", "motor=false", "-p", "G F motor"], "E437"),
+        (["--fallback", "motor=false", "-p", "assume a: G F cooking@COOKING"], "E438"),
         (["--fallback", "motor=false)"], "E101"),
         (["--fallback", "motor=3"], "E12"),
         (["--fallback", "motor=false", "--react", "suspend kooking"], "E439"),

@@ -263,6 +263,18 @@ def test_what_does_not_fit_is_said(limiter):
     assert code(two, ["G level < 6"], {"level": "0"}) == {"E438"}
     alias = LIMITER.replace("speed: {type: 0..9", "speed: {type: &t 0..9").replace("    type: 0..9", "    type: *t")
     assert code(alias, ["G level < 6"], {"level": "0"}) == {"E438"}
+    policy = LIMITER + "operators: {policy: [bob]}\naccess: {levels: [low], machines: {}, users: {bob: low}}\n"
+    assert code(policy, ["G level < 6"], {"level": "0"}) == {"E438"}
+
+
+@pytest.mark.parametrize(("written", "said"), [("speed", "does not write it"), ("level", "which has no class")])
+def test_what_a_monitor_of_ones_own_must_not_write_is_said_at_its_place(limiter, written, said):
+    own = f"machine: M\nstates: [{{name: S, internal: 'alarm = true; {written} = 1;', stays: true}}]\n"
+    with pytest.raises(DiagnosticError) as caught:
+        guarded(limiter, ["G speed < 6"], {"speed": "0"}, own=("own.machine.yaml", own))
+    (found,) = caught.value.diagnostics
+    assert (found.code, found.span.source.name, found.span.text) == ("E438", "own.machine.yaml", f"{written} = 1")
+    assert said in found.message
 
 
 KOMODO = Path("models/komodo_region")

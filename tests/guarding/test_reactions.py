@@ -129,11 +129,11 @@ def test_reactions_begin_with_the_alarm_and_end_with_it(kind):
     made, lines = reacting(kind, until="after_ms(300)")
     assert held(made, SLOWLY, f"acts: {acts}", f"ends: {ends}", "never: G !alarm") == [True, True, True, False]
     assert proved(made, lines).exit_code == 0
-    assert isinstance(transparency(made.original, made.arrangement, made.names.alarm, Budget(Limits())), Transparent)
+    assert isinstance(transparency(made.original, made.arrangement, made.names, Budget(Limits())), Transparent)
     for_good, lines = reacting(kind)
     assert held(for_good, f"acts: {acts}", "stays: G (switch@INSTEAD -> G switch@INSTEAD)") == [True, True]
     assert proved(for_good, lines).exit_code == 0
-    same = transparency(for_good.original, for_good.arrangement, for_good.names.alarm, Budget(Limits()))
+    same = transparency(for_good.original, for_good.arrangement, for_good.names, Budget(Limits()))
     assert isinstance(same, Transparent)
 
 

@@ -43,7 +43,7 @@ LIMITS = Limits(max_states=3_000, max_steps=100_000)
 
 
 def asked(original, made, limits=LIMITS):
-    return transparency(original, made.arrangement, made.names.alarm, Budget(limits))
+    return transparency(original, made.arrangement, made.names, Budget(limits))
 
 
 def test_a_guard_changes_nothing_before_its_alarm():
@@ -75,6 +75,17 @@ def test_what_is_not_alike_is_not_proved():
     made, _ = guarded(LIMITER, ["slow: G speed < 6"], {"speed": "min(speed, 5)"})
     other = resolve(draft_of(LIMITER.replace("pedal: {type: 0..9", "pedal: {type: 0..12")))
     assert asked(other, made) == Unproved("`pedal` does not have the same values")
+
+
+@pytest.mark.slow
+def test_operators_and_models_write_the_same_to_both():
+    """What they choose has the name of the slot in one of them."""
+    text = LIMITER.replace('speed = pedal;", stays: true}]}}', 'speed = choose(0..9);", stays: true}]}, model: true}')
+    text += "operators: {write: [speed]}\n"
+    made, _ = guarded(text, ["slow: G speed < 6"], {"speed": "min(speed, 5)"})
+    assert isinstance(asked(made.original, made), Transparent)
+    other = resolve(draft_of(text.replace("level++", "level--")))
+    assert isinstance(asked(other, made), Different)
 
 
 TALLY = Counter()

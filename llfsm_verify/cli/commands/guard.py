@@ -21,7 +21,7 @@ from llfsm_verify.cli.properties import chosen, read_properties
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.files import read_regular
 from llfsm_verify.guarding.codes import NOT_GUARDABLE, UNWRITABLE
-from llfsm_verify.guarding.guardable import Guardable, guardable
+from llfsm_verify.guarding.guardable import Guardable, guardable, unfit_assumptions
 from llfsm_verify.guarding.reactions import KINDS, reaction
 from llfsm_verify.guarding.transform import Guarded, Task, guard
 from llfsm_verify.guarding.wanted import Wanted, refuse_unknown
@@ -52,6 +52,12 @@ def run(options: Namespace) -> int:
         fallbacks = assignments("--fallback", options.fallback)
     except ValueError:
         return usage("--fallback needs OUTPUT=VALUE")
+    if not all(fallbacks.values()):
+        return usage("--fallback needs OUTPUT=VALUE: the value is missing")
+    if len(fallbacks) < len(options.fallback):
+        return usage("--fallback names an output twice: give one value, which may be an expression such as a ? 1 : 2")
+    if options.output == "":
+        return usage("-o needs the name of a folder")
     try:
         reactions = tuple(map(reaction, options.react))
     except ValueError:
@@ -68,6 +74,9 @@ def run(options: Namespace) -> int:
     if not properties.goals:
         return usage("name what to keep: -p or --properties")
     clock = bind(arrangement, properties).clock
+    problems = () if options.outside else tuple(unfit_assumptions(properties.assumptions, arrangement))
+    if problems:
+        raise DiagnosticError(problems)
     found = [guardable(p, arrangement, clock, own_monitor=options.monitor is not None) for p in properties.goals]
     if options.list:
         Output().plain("".join(_listed(found)))
@@ -160,7 +169,7 @@ def _transparent(made: Guarded, budget: Budget) -> str:
     from llfsm_verify.guarding.transparency import Different, Transparent, transparency
 
     same = "outputs, variables and states are those of the original"
-    answer = transparency(made.original, made.arrangement, made.names.alarm, budget)
+    answer = transparency(made.original, made.arrangement, made.names, budget)
     match answer:
         case Transparent(configurations):
             return f"proved: until `{made.names.alarm}` is set, {same} ({configurations:,} configurations)\n"
@@ -168,7 +177,9 @@ def _transparent(made: Guarded, budget: Budget) -> str:
             lines = [f"not proved: until `{made.names.alarm}` is set, {same}. They differ after {len(steps)} steps:"]
             lines += [f"  `{name}` is {new}, and was {old}" for name, old, new in found]
             lines += [f"  the guard ends the run in a fault: {fault}"] if fault else []
-            inputs = [(n, s.machine, [f"{i.input} = {i.text}" for i in s.sampled]) for n, s in enumerate(steps, 1)]
+            inputs = [
+                (n, s.machine, [f"{i.input or i.choice} = {i.text}" for i in s.sampled]) for n, s in enumerate(steps, 1)
+            ]
             lines += [f"  step {n}, {machine}: {', '.join(given)}" for n, machine, given in inputs if given]
             return "\n".join(lines) + "\n"
     return f"not proved: until `{made.names.alarm}` is set, {same}: {answer.reason}\n"
@@ -212,7 +223,7 @@ def _write(files: Mapping[str, str], folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         message = f"no files can be written there: {error.strerror or 'input/output error'}"
-        raise DiagnosticError(Diagnostic(UNWRITABLE, message, file=str(folder))) from None
+        raise DiagnosticError(Diagnostic(UNWRITABLE, message, hint="name another folder", file=str(folder))) from None
     for name, text in files.items():
         write_whole(text, str(folder / name), UNWRITABLE, "the guarded arrangement")
 
