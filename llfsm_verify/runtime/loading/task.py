@@ -76,7 +76,8 @@ class Task:
             later = refusal.happening.later
             when = "" if not later else f", if it is loaded {_cycles(later)} from now"
             recorded = "" if path is None else f" (recorded in {path})"
-            return f"{refusal.reason} {_cycles(cycles)} after it is loaded{when}{recorded}"
+            how = " by a run that repeats itself" if refusal.happening.endless else ""
+            return f"{refusal.reason}{how} {_cycles(cycles)} after it is loaded{when}{recorded}"
         return refusal.reason
 
     def _paths(self) -> Iterator[Path | None]:

@@ -186,6 +186,47 @@ def test_an_answer_says_why(action, lines, reason, tmp_path):
         assert record_foreseen(outcome, following, properties, header, tmp_path / "r") == len(turns)
 
 
+LASTING = [
+    # What is monitored, whether 7 was there before, the new action, whether it is accepted.
+    ("F out == 7", False, "out = 1;", False),
+    ("F out == 7", True, "out = 1;", True),
+    ("F out == 7", False, "out = go ? 7 : 1;", False),
+    ("F out == 7", False, "out = out < 9 ? out + 1 : out;", True),
+    ("G out < 9 && G F out == 7", True, "out = 1;", False),
+    ("G out < 9 && G F out == 7", True, "n = (n + 1) % 9; out = n;", True),
+    ("G (out == 2 -> out < 8 U out == 7)", False, "out = 1;", False),  # it waits for 7 since 2 was there
+    ("G (out == 2 -> out < 8 U out == 7)", False, "out = 7;", True),
+    ("(F out == 3) || G F go", False, "out = 1;", False),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("line", "later", "action", "accepted"), LASTING)
+def test_what_a_monitor_waits_for_must_come(line, later, action, accepted, tmp_path):
+    """No finite run shows that something never happens, so no monitor sees it."""
+    running, following = counter("n = (n + 1) % 9; out = n;"), counter(action)
+    properties = properties_of(f"p: {line}")
+    loop = loop_of(code_of(running, properties), 1)
+    loop.go(8 if later else 2)
+    outcome = asked(running, following, "count", properties, loop)
+    assert isinstance(outcome, Accepted) == accepted, outcome
+    assert not any("from now on" in note for note in outcome.notes)
+    if isinstance(outcome, Refusal):
+        assert outcome.happening is not None and outcome.happening.endless
+        header = {"name": "test", "loaded": [["count", "m.yaml", "", False]]}
+        assert record_foreseen(outcome, following, properties, header, tmp_path / "r")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("assumed", "accepted"), [("G F go", True), ("F go", False), ("G F !go", False)])
+def test_what_a_monitor_waits_for_may_be_assumed(assumed, accepted):
+    running, following = counter("n = (n + 1) % 9; out = n;"), counter("out = go ? 7 : 1;")
+    properties = properties_of(f"assume a: {assumed}", "p: G (out == 3 -> out < 9 U out == 7)")
+    loop = loop_of(code_of(running, properties), 1)
+    loop.go(4)
+    assert isinstance(asked(running, following, "count", properties, loop), Accepted) == accepted
+
+
 PLANT = {
     "machine": "Tank", "variables": {"height": {"type": "0..9", "init": 5}},
     "states": [{"name": "T", "internal": "height = max(0, min(9, height + (pump ? 1 : -1))); level = height;",
