@@ -265,6 +265,38 @@ def test_a_run_in_the_world_takes_all_states_of_the_model_that_fit():
     assert isinstance(strange, Refusal) and "surroundings excludes" in strange.reason
 
 
+AFTER_ITS_END = {
+    "name": "rising", "cycle_ms": 10,
+    "whiteboard": {"level": {"type": "0..9", "role": "input", "init": 0}, "rise": {"type": "0..9", "role": "output"}},
+    "machines": {
+        "starter": {"inline": {"machine": "Starter", "states": [{"name": "S"}]}},
+        "meter": {"inline": {"machine": "Meter", "variables": {"last": {"type": "0..9"}}, "states": [
+            {"name": "M", "internal": "rise = (level + 10 - last) % 10; last = level;", "stays": True}]}},
+    },
+    "schedule": ["starter", "meter"],
+    "environment": {"inline": {
+        "machine": "Tide", "states": [{"name": "T", "internal": "level = (level + 1) % 10;", "stays": True}]}},
+}  # fmt: skip
+
+
+@pytest.mark.slow
+def test_a_machine_in_the_place_of_one_that_has_finished_begins_the_cycle():
+    """Otherwise the surroundings would stand still for a cycle, and operators wait: only the first turn has them."""
+    lasting = {"machine": "Lasting", "states": [{"name": "L", "stays": True}]}
+    machines = {**AFTER_ITS_END["machines"], "starter": {"inline": lasting}}
+    running, following = build_arrangement(AFTER_ITS_END), build_arrangement({**AFTER_ITS_END, "machines": machines})
+    properties = properties_of("rises: G (meter.ran -> rise == 1)")
+    code, next_code = code_of(running, properties), code_of(following, properties)
+    loop = loop_of(code, 1)
+    loop.go(5)
+    assert isinstance(asked(running, following, "starter", properties, loop), Accepted)
+    next_loop = loop_of(next_code, 1)
+    steps = loop.steps
+    next_loop.succeed(loop, carried(code, loop.record, next_code, next_code.layout.first(), "starter"))
+    next_loop.go(1)
+    assert next_loop.steps == steps + 2 and next_loop.verdicts == ("undecided",)
+
+
 @pytest.mark.slow
 def test_what_is_not_known_is_refused():
     running = build_arrangement(
