@@ -112,6 +112,10 @@ def test_what_a_run_refuses_is_in_its_log(folder: Path) -> None:
                 assert why in str(refused.value), name
             with pytest.raises(PostRefused, match=r"may not restart `monitor`: that needs `safety`"):
                 board.command("restart", "monitor")
+            for name, why in (("empty.yaml", r"^empty\.yaml: the file is empty"), ("\x1b[31m.yaml", "can be printed")):
+                (folder / name).write_text("")
+                with pytest.raises(PostRefused, match=why):
+                    board.replace("trojan", folder / name)
             frame, _ = board.replace("trojan", folder / "divides.yaml")
         with called(process) as board:
             while board.view().number < frame + 3:

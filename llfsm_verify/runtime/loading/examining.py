@@ -159,7 +159,9 @@ class _Examination:
                 known = places.setdefault(place, [])
                 assert known is not None
                 known.append((root, node))
-        roots = {root: node for found in places.values() if found is not None for root, node in found}
+        roots: dict[bytes, int] = {}
+        for root, node in (pair for found in places.values() if found is not None for pair in found):
+            roots.setdefault(root, node)  # the first one is not later than others
         if not roots:
             return Refusal(uncarried or "a property is violated already wherever the run can be at the end of a cycle")
         notes = [f"`{name}` is checked from now on only: {why}" for name, why in self._reasons.items()]

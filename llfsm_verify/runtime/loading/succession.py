@@ -103,7 +103,7 @@ class _Asked:
             self.made = self._make()
         except DiagnosticError as error:
             name = self.loaded.change.name
-            own = [d for d in error.diagnostics if d.span is not None and d.span.source.name == name]
+            own = [d for d in error.diagnostics if name == (d.file if d.span is None else d.span.source.name)]
             self.problem = "; ".join(_line(d) for d in own or error.diagnostics)
         except (ValueError, Uncarried) as error:
             self.problem = str(error)
@@ -351,8 +351,9 @@ class Succession:
 
 def _line(found: Diagnostic) -> str:
     """What is wrong, where, and what to write instead."""
-    where = f"{found.span}: " if found.span is not None else ""
-    return f"{where}{found.message}" + (f" ({found.hint})" if found.hint else "")
+    where = found.span or found.file
+    place = f"{where}: " if where else ""
+    return f"{place}{found.message}" + (f" ({found.hint})" if found.hint else "")
 
 
 def _compare(running: Loop, following: Loop) -> None:
