@@ -64,6 +64,14 @@ class Carrying:
             if not variable.output and not _is_of(variable, machine) and name.rpartition(".$")[2] in NEEDED
         ]
         """Control that `new` has not, and that must be as it was at first."""
+        self._unknown = [
+            (f"{info.name}.$state", info.suspend)
+            for info in old.program.machines
+            if info.suspend is not None and f"{info.name}.$remembered" in new.layout.fields
+            if info.name != machine and f"{info.name}.$remembered" not in old.layout.fields
+            if f"{info.name}.$pending" in old.layout.fields  # else it is as it began
+        ]
+        """The states of machines that can be resumed in `new`, with the suspend state; `old` does not keep where to."""
         self._place = next(_places(new.program, machine), None)
         """The variable whose turn it is in the process of the machine, and the machine's number there."""
         self._loaded = f"{machine}.$loaded"
@@ -84,6 +92,10 @@ class Carrying:
             if values[variable.name] != variable.init:
                 told = _text(variable, values[variable.name])
                 raise Uncarried(f"`{variable.name}` is {told}, which nothing could change any more")
+        for name, suspend in self._unknown:
+            if values[name] == suspend:
+                machine = name.removesuffix(".$state")
+                raise Uncarried(f"`{machine}` is suspended, and the run does not keep where it would be resumed")
         if self._place is not None and found.get(self._loaded, 1):
             turn, at = self._place
             first = found[turn]

@@ -148,6 +148,8 @@ class _Examination:
             key = before.graph.key(node)
             if not self._before.is_whole(key) or not self._lost.issuperset(self._before.violated(key)):
                 continue
+            if self._before.has_ended(key):
+                continue  # nothing is loaded any more
             place = self._place(key)
             if place in places and places[place] is None:
                 continue

@@ -298,6 +298,51 @@ def test_a_machine_in_the_place_of_one_that_has_finished_begins_the_cycle():
 
 
 @pytest.mark.slow
+def test_a_machine_is_not_resumed_in_another_state_than_it_was_suspended_in():
+    """Where nothing could resume it, the run does not keep that state."""
+
+    def arrangement(action: str) -> Arrangement:
+        steps = [
+            {"name": n, "transitions": [{"when": "true", "to": t}]} for n, t in (("A", "B"), ("B", "C"), ("C", "A"))
+        ]
+        commander = {"machine": "Commander", "states": [{"name": "S", "internal": action, "stays": True}]}
+        return build_arrangement(
+            {"name": "resuming", "cycle_ms": 10, "schedule": ["commander", "worker"], "machines": {
+                "commander": {"inline": commander}, "worker": {"inline": {"machine": "Worker", "states": steps}}}}
+        )  # fmt: skip
+
+    running = arrangement("if (worker@C) suspend(worker);")
+    following = arrangement("if (worker@C) suspend(worker); if (is_suspended(worker)) resume(worker);")
+    properties = properties_of("p: G (commander@S)")
+    code, next_code = code_of(running, properties), code_of(following, properties)
+    loop = loop_of(code, 1)
+    loop.go(1)
+    outcome = asked(running, following, "commander", properties, loop)
+    assert isinstance(outcome, Accepted)  # the worker is not suspended yet
+    while place_of(code, loop.record, loop.states) in outcome.places:
+        loop.go(1)
+    with pytest.raises(Uncarried, match="`worker` is suspended, and the run does not keep where it would be resumed"):
+        carried(code, loop.record, next_code, next_code.layout.first(), "commander")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("line", ["F out == 1", "G F out == 1"])
+def test_where_the_run_has_ended_nothing_is_loaded(line):
+    """So it does not matter that the property would be violated from there on."""
+    ending = [{"name": "S", "transitions": [{"when": "go", "to": "E"}]}, {"name": "E"}]
+    other = [{**ending[0], "internal": "out = 1;"}, {"name": "E", "on_entry": "out = 1;"}]
+    running, following = (
+        build_arrangement({**COUNTER, "machines": {"count": {"inline": {"machine": "Count", "states": states}}}})
+        for states in (ending, other)
+    )
+    properties = properties_of(f"p: {line}")
+    loop = loop_of(code_of(running, properties), 1)
+    assert loop.go(1) == control.DONE
+    outcome = asked(running, following, "count", properties, loop)
+    assert isinstance(outcome, Accepted) and len(outcome.places) == 2
+
+
+@pytest.mark.slow
 def test_what_is_not_known_is_refused():
     running = build_arrangement(
         {**COUNTER, "machines": {"count": {"inline": {
