@@ -167,7 +167,8 @@ class _Examination:
         if not roots:
             return Refusal(uncarried or "a property is violated already wherever the run can be at the end of a cycle")
         notes = [f"`{name}` is checked from now on only: {why}" for name, why in self._reasons.items()]
-        after = self._after.explorer(roots, with_edges=bool(self._reasons or self._endless))
+        lasting = bool(self._reasons or self._endless or self._after.problem.assumptions)
+        after = self._after.explorer(roots, with_edges=lasting)
         found = self._searched(after) or self._never_satisfied(after) or self._from_now(after)
         if found is not None:
             if not found.walk:
@@ -287,10 +288,10 @@ class _Examination:
         return found
 
     def _from_now(self, explorer: Explorer) -> _Found | None:
-        """A violation of what is checked from now on only; None: there is none."""
+        """A violation of what is checked from now on only, or that no run meets the assumptions; None: neither."""
         problem = self._after.problem
         lines = [line for line in problem.properties if line.name in self._reasons]
-        if not lines:
+        if not lines and not problem.assumptions:
             return None
         for line in (*lines, *problem.assumptions):
             if line.formula is None:

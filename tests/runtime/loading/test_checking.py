@@ -227,6 +227,19 @@ def test_what_a_monitor_waits_for_may_be_assumed(assumed, accepted):
     assert isinstance(asked(running, following, "count", properties, loop), Accepted) == accepted
 
 
+@pytest.mark.slow
+def test_a_machine_that_no_run_meets_the_assumptions_with_is_refused():
+    """Otherwise nothing would be said of it."""
+    running, following = counter("n = (n + 1) % 9; out = n;"), counter("out = 1;")
+    for line in ("p: G (out == 3 -> F out == 5)", "p: F out == 8", "p: G out < 9"):
+        properties = properties_of("assume a: G F out == 7", line)
+        loop = loop_of(code_of(running, properties), 1)
+        loop.go(2)
+        assert isinstance(asked(running, running, "count", properties, loop), Accepted)
+        refusal = asked(running, following, "count", properties, loop)
+        assert isinstance(refusal, Refusal) and refusal.reason.endswith("no run from there on meets the assumptions")
+
+
 PLANT = {
     "machine": "Tank", "variables": {"height": {"type": "0..9", "init": 5}},
     "states": [{"name": "T", "internal": "height = max(0, min(9, height + (pump ? 1 : -1))); level = height;",
