@@ -11,6 +11,7 @@ that it can have when the run is where it stood, among all that are reachable fr
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 
@@ -54,6 +55,8 @@ class Question:
     code: Laid
     record: bytes
     states: tuple[int, ...]
+    earlier: tuple[tuple[Arrangement, str | None], ...] = ()
+    """What ran before, the first one first, each with the machine that was replaced then; None: a policy was."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,10 +197,29 @@ class _Examination:
         if set(known) - set(names):
             lost = ", ".join(sorted(set(known) - set(names))[:3])
             raise Uncarried(f"the model of the surroundings has no {lost}, so nobody knows which of its states fit")
-        explorer = self._explored(side, side.beginnings())
+        explorer = self._explored(side, self._beginnings())
         wanted = place_of(question.code, question.record, question.states)
         keys = (explorer.graph.key(node) for node in range(len(explorer.graph)))
         return [key for key in keys if side.is_whole(key) and self._place(key) == wanted]
+
+    def _beginnings(self) -> Iterable[bytes]:
+        """Where the arrangement that runs can have begun: anywhere where the one before it can have been."""
+        sides = [
+            Side(arrangement, self._question.properties, self._budget) for arrangement, _ in self._question.earlier
+        ]
+        sides.append(self._before)
+        found: Iterable[bytes] = sides[0].beginnings()
+        machines = [machine for _, machine in self._question.earlier]
+        for (before, after), machine in zip(pairwise(sides), machines, strict=True):
+            graph = self._explored(before, found).graph
+            carrying = Carrying(before, after, after.layout.first(), machine)
+            carried: dict[bytes, None] = {}
+            for key in map(graph.key, range(len(graph))):
+                if before.is_whole(key):
+                    with suppress(Uncarried):
+                        carried[carrying.record(before.record(key))[: after.layout.configuration_bytes]] = None
+            found = carried
+        return found
 
     def _explored(self, side: Side, configurations: Iterable[bytes]) -> Explorer:
         explorer = side.explorer(configurations)

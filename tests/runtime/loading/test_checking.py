@@ -278,6 +278,32 @@ def test_a_run_in_the_world_takes_all_states_of_the_model_that_fit():
     assert isinstance(strange, Refusal) and "surroundings excludes" in strange.reason
 
 
+@pytest.mark.slow
+def test_a_run_in_the_world_takes_the_states_of_the_model_that_earlier_machines_have_led_to():
+    """The first machine charges a battery, which nobody sees; the second does not, so it would never be charged."""
+
+    def charging(action: str) -> Arrangement:
+        keeper = {"machine": "Keeper", "states": [{"name": "K", "internal": action, "stays": True}]}
+        battery = {
+            "machine": "Battery", "variables": {"charged": {"type": "bool"}},
+            "states": [{"name": "B", "stays": True,
+                        "internal": "if (use == 1) charged = true; spark = charged && use == 2;"}],
+        }  # fmt: skip
+        return build_arrangement(
+            {"name": "battery", "cycle_ms": 10, "schedule": ["keeper"], "machines": {"keeper": {"inline": keeper}},
+             "whiteboard": {"spark": {"type": "bool", "role": "input"}, "use": {"type": "0..2", "role": "output"}},
+             "environment": {"inline": battery}}
+        )  # fmt: skip
+
+    properties = properties_of("p: G !spark")
+    first, second, third = charging("use = use == 1 ? 0 : 1;"), charging("use = 0;"), charging("use = 2;")
+    loop = loop_of(code_of(replace(second, environment=None), properties), 1)
+    question = Question(second, third, "keeper", properties, loop.code, loop.record, loop.states)
+    assert isinstance(examine(question, Budget(LIMITS)), Accepted)
+    refusal = examine(replace(question, earlier=((first, "keeper"),)), Budget(LIMITS))
+    assert isinstance(refusal, Refusal) and refusal.reason == "`p` would be violated"
+
+
 AFTER_ITS_END = {
     "name": "rising", "cycle_ms": 10,
     "whiteboard": {"level": {"type": "0..9", "role": "input", "init": 0}, "rise": {"type": "0..9", "role": "output"}},
