@@ -171,7 +171,7 @@ class ArrangementDraft:
     lint: Lint | None = None
     environment: InstanceDraft | None = None
     """The model of the surroundings. The name of the instance is where it stands."""
-    access: Node | None = None
+    access: Node | Unreadable | None = None
     """Levels, and which machine, variable, command and user has which."""
     operators: Node | None = None
     """A mapping of commands, and `write`, to the machines and variables that operators may use them on."""

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from llfsm_verify.arrangement.access import Access
+from llfsm_verify.arrangement.draft import Unreadable
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence, mark
 from llfsm_verify.diagnostics import Diagnostic, Span
 
 
-def other_levels(before: Node | None, after: Node | None) -> Iterator[Diagnostic]:
+def other_levels(before: Node | Unreadable | None, after: Node | None) -> Iterator[Diagnostic]:
     """What is wrong with the levels of a policy, as it is written, that takes the place of another one; E165."""
     levels, given = _levels(before), _levels(after)
     if levels is not None and given is not None and _words(levels) != _words(given):
@@ -18,7 +19,7 @@ def other_levels(before: Node | None, after: Node | None) -> Iterator[Diagnostic
         yield Diagnostic("E165", message, mark(given), hint=f"write `levels: [{', '.join(_words(levels))}]`")
 
 
-def _levels(node: Node | None) -> Sequence | None:
+def _levels(node: Node | Unreadable | None) -> Sequence | None:
     items = node.items if isinstance(node, Mapping) else ()
     return next((value for key, value in items if key.text == "levels" and isinstance(value, Sequence)), None)
 

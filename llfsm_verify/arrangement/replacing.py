@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from llfsm_verify.arrangement.draft import ArrangementDraft, Draft, Unreadable
+from llfsm_verify.arrangement.draft import UNREADABLE, ArrangementDraft, Draft, Unreadable
 from llfsm_verify.arrangement.formats import read_policy
 from llfsm_verify.arrangement.formats.reading import Reading
 from llfsm_verify.arrangement.formats.yaml.reader import read_machine_text
@@ -50,7 +50,8 @@ def with_policy(draft: Draft, policy: NewPolicy) -> Draft:
     reading = Reading(Path(), {str(path): policy.text})
     access = read_policy(reading, path, written(Source(policy.name, policy.name), 0, len(policy.name)))
     reading.diagnostics += other_levels(arrangement.access, access)
-    return _changed(draft, replace(arrangement, access=access), reading, "access:", policy.text)
+    found = UNREADABLE if access is None else access
+    return _changed(draft, replace(arrangement, access=found), reading, "access:", policy.text)
 
 
 def with_replacement(draft: Draft, replacement: Replacement) -> Draft:

@@ -283,6 +283,8 @@ class MachineInfo:
     name: str
     states: tuple[str, ...]
     transitions: tuple[tuple[TransitionInfo, ...], ...]
+    suspend: int | None = None
+    """The number of the suspend state, where there is one."""
 
     def transition_text(self, state: int, number: int) -> str:
         """A transition as traces write it: ``RED -> GREEN when car``."""

@@ -71,6 +71,7 @@ class AuditLog:
             with open(os.dup(self._file), "rb") as file:
                 file.seek(0)
                 self.last = _read(file, self.path).last
+            self._length = os.fstat(self._file).st_size
         except BaseException:
             os.close(self._file)
             raise
@@ -81,8 +82,10 @@ class AuditLog:
         line = json.dumps(entry, ensure_ascii=True).encode() + b"\n"
         if self.failure is not None:
             return
-        length = os.fstat(self._file).st_size
+        status = os.fstat(self._file)
         try:
+            if not status.st_nlink or status.st_size != self._length:
+                raise OSError(0, "somebody else has changed or removed it")
             if len(line) >= MOST_LINE:
                 raise OSError(0, "an entry is too long")
             if os.write(self._file, line) < len(line):
@@ -90,10 +93,12 @@ class AuditLog:
             os.fdatasync(self._file)
         except OSError as error:
             self.failure = error.strerror or "it cannot be written"
-            with suppress(OSError):
-                os.ftruncate(self._file, length)  # no part of a line stays, which would look like a forgery
+            if os.fstat(self._file).st_size > status.st_size:
+                with suppress(OSError):
+                    os.ftruncate(self._file, status.st_size)  # no part of a line stays: it would look like a forgery
             return
         self.last = _hash(line)
+        self._length += len(line)
 
     def close(self) -> None:
         """Write no more."""
@@ -107,9 +112,12 @@ def verify(path: str | Path) -> Verified:
         with open(descriptor, "rb") as file:
             if not stat.S_ISREG(os.fstat(descriptor).st_mode):
                 raise _unusable(path, "it is not a regular file")
-            return _read(file, path)
+            found = _read(file, path)
     except OSError as error:
         raise _unusable(path, error.strerror or "it cannot be read") from None
+    if not found.entries:
+        raise _changed(path, 1, "there is none, and a run writes one when it begins")
+    return found
 
 
 def _read(file: BinaryIO, path: str | Path) -> Verified:

@@ -460,7 +460,8 @@ def machine_infos(context: Context) -> tuple[MachineInfo, ...]:
         transitions = tuple(
             tuple(TransitionInfo(t.target, t.text, t.span) for t in s.transitions) for s in control.states
         )
-        result.append(MachineInfo(control.machine.name, tuple(s.name for s in control.states), transitions))
+        names = tuple(s.name for s in control.states)
+        result.append(MachineInfo(control.machine.name, names, transitions, control.suspend))
     return tuple(result)
 
 

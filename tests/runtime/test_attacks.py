@@ -112,6 +112,10 @@ def test_what_a_run_refuses_is_in_its_log(folder: Path) -> None:
                 assert why in str(refused.value), name
             with pytest.raises(PostRefused, match=r"may not restart `monitor`: that needs `safety`"):
                 board.command("restart", "monitor")
+            for name, why in (("empty.yaml", r"^empty\.yaml: the file is empty"), ("\x1b[31m.yaml", "can be printed")):
+                (folder / name).write_text("")
+                with pytest.raises(PostRefused, match=why):
+                    board.replace("trojan", folder / name)
             frame, _ = board.replace("trojan", folder / "divides.yaml")
         with called(process) as board:
             while board.view().number < frame + 3:
@@ -176,10 +180,23 @@ def test_wrong_policies_are_diagnosed_where_they_stand(folder: Path) -> None:
         (found,) = (d for d in wrong.value.diagnostics if d.code == code)
         assert found.span is not None and found.span.source.name.endswith("policy.yaml")
         assert str(found.span).split(":")[-2] == str(line), found
+        assert not {"E157", "E158"} & {d.code for d in wrong.value.diagnostics}, "nothing is judged by a wrong policy"
     (folder / "policy.yaml").write_text("secret:x:0:0\n")
     with pytest.raises(DiagnosticError) as wrong:
         load_arrangement(str(folder / "a.yaml"))
     assert "E019" in {d.code for d in wrong.value.diagnostics} and "secret" not in str(wrong.value)
+    (folder / "a.yaml").write_text(ARRANGEMENT.replace("operators: {", "operators: {policy: [root], "))
+    for text, code in (("levels: [a", "E010"), ("", "E019")):
+        (folder / "policy.yaml").write_text(text)
+        with pytest.raises(DiagnosticError) as wrong:
+            load_arrangement(str(folder / "a.yaml"))
+        assert [d.code for d in wrong.value.diagnostics] == [code]
+    (folder / "policy.yaml").write_text(POLICY)
+    (folder / "a.yaml").write_text(ARRANGEMENT)
+    (folder / "quiet.yaml").write_text("")
+    with pytest.raises(DiagnosticError) as wrong:
+        load_arrangement(str(folder / "a.yaml"))
+    assert [d.code for d in wrong.value.diagnostics] == ["E011"], "of the machine, and not of those who name it"
     (folder / "policy.yaml").unlink()
     os.mkfifo(folder / "policy.yaml")
     with pytest.raises(DiagnosticError, match="it is a pipe"):

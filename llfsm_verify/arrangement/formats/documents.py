@@ -140,13 +140,14 @@ def _environment(reading: Reading, root: Node, node: Node | None) -> InstanceDra
     return _instance(reading, key, node, "the `environment`", ENVIRONMENT_KEYS)
 
 
-def _access(reading: Reading, node: Node | None) -> Node | None:
+def _access(reading: Reading, node: Node | None) -> Node | Unreadable | None:
     """What the key `access` says, here or in a file."""
     if not isinstance(node, Mapping) or all(key.text != "file" for key, _ in node.items):
         return node
     fields = reading.fields(node, "`access` in a file", ("file",))
     file = None if fields is None else reading.scalar(fields["file"], "`file`")
-    return None if file is None else reading.policy(file)
+    found = None if file is None else reading.policy(file)
+    return UNREADABLE if found is None else found
 
 
 def _instance(

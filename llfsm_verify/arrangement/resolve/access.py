@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 
 from llfsm_verify.arrangement.access import Access
 from llfsm_verify.arrangement.fields import Report
@@ -15,9 +15,12 @@ KEYS = ("levels", "machines", "write", "command", "users", "on_violation")
 
 
 def resolve_access(
-    report: Report, node: Node | None, machines: Mapping[str, object], whiteboard: tuple[WhiteboardVariable, ...]
-) -> Access | None:
-    """What the key `access` says; None where it is not there, or wrong in a way that leaves no levels."""
+    report: Report, node: Node | None, machines: Mapping[str, object], whiteboard: tuple[WhiteboardVariable, ...],
+    broken: Container[str] = (),
+) -> Access | None:  # fmt: skip
+    """What the key `access` says; None where it is not there, or wrong in a way that leaves no levels. `broken`: names
+    whose declarations are wrong.
+    """
     fields = None if node is None else report.fields(node, "`access`", KEYS, ("levels",))
     sequence = None if fields is None else report.sequence(fields["levels"], "`levels`")
     if fields is None or sequence is None:
@@ -41,6 +44,8 @@ def resolve_access(
         found: dict[str, int] = {}
         for name, value in mapping.items if mapping else ():
             level = report.scalar(value, f"the level of `{name.text[:60]}`")
+            if name.text in broken:
+                continue
             if known is not None and name.text not in known:
                 hint = did_you_mean(name.text, known)
                 if any(w.variable.name == name.text for w in whiteboard):

@@ -151,18 +151,20 @@ class _Resolver:
         if surroundings is not None:
             checkers[ENVIRONMENT] = InstanceChecker(report, world, surroundings, frozenset(self.broken))
             environment, whiteboard = resolve_surroundings(report, checkers[ENVIRONMENT].check(), whiteboard)
-        operators = resolve_operators(report, draft.operators, places, whiteboard)
+        operators = resolve_operators(report, draft.operators, places, whiteboard, self.broken)
         for operator in operators:
             if operator.kind == REPLACE:
                 check_replaceable(report, operator, machines)
             elif "load" in operator.kind and any(m.nested for m in machines if m.name == operator.target):
                 message = f"`{operator.target}` runs inside a state, so only its owner starts and stops it"
                 report.error("E159", message, operator.span, "let operators suspend or restart it")
-        access = resolve_access(report, draft.access, places, whiteboard)
+        mistakes = len(report.diagnostics)
+        policy = None if isinstance(draft.access, Unreadable) else draft.access
+        access = resolve_access(report, policy, places, whiteboard, self.broken)
         if draft.access is None:
             for operator in (o for o in operators if o.kind == POLICY):
                 report.error("E098", "there is no policy that anybody could change", operator.span, "write `access`")
-        if access is not None:
+        if access is not None and len(report.diagnostics) == mistakes:  # else it is not what was meant
             check_access(report, access, machines, operators, whiteboard)
         timed, period = resolve_timing(report, draft.timing, draft.cycle_ms)
         check_time(report, [root for c in checkers.values() for root in c.timed], timed, period)

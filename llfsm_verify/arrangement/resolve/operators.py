@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from typing import cast
 
 from llfsm_verify.arrangement.fields import Report
@@ -15,9 +15,10 @@ KINDS = ("suspend", "resume", "restart", "load", "unload", "load_suspended", "wr
 
 
 def resolve_operators(
-    report: Report, node: Node | None, machines: Mapping[str, object], whiteboard: tuple[WhiteboardVariable, ...]
-) -> tuple[Operator, ...]:
-    """What the key `operators` allows, in its order."""
+    report: Report, node: Node | None, machines: Mapping[str, object], whiteboard: tuple[WhiteboardVariable, ...],
+    broken: Container[str] = (),
+) -> tuple[Operator, ...]:  # fmt: skip
+    """What the key `operators` allows, in its order. `broken`: names whose declarations are wrong."""
     fields = None if node is None else report.fields(node, "`operators`", KINDS)
     found: list[Operator] = []
     variables = {w.variable.name: w for w in whiteboard}
@@ -26,7 +27,7 @@ def resolve_operators(
         seen: set[str] = set()
         for item in sequence.items if sequence else ():
             scalar = report.scalar(item, f"an entry of `{kind}`")
-            if scalar is None:
+            if scalar is None or scalar.text in broken:
                 continue
             name = scalar.text
             if name in seen:

@@ -52,6 +52,14 @@ class Task:
         return self.goal.line.name
 
 
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """An automaton, and the keys of the atoms whose bits it reads."""
+
+    automaton: Automaton | Lazy
+    atoms: tuple[str, ...]
+
+
 class Search:
     """Explores with one explorer and looks for violations of every property, until nothing is left to find.
 
@@ -237,6 +245,22 @@ class Search:
         source, letter = min(bad)
         path = tuple(graph.path_to(source))
         return Walk(path, (None,) * (len(path) - 1), ends=letter)
+
+    def readings(self, goal: Goal) -> list[Reading]:
+        """What reads a violation of a goal: the automata of the assumptions and that of the goal's violations."""
+        own = Reading(self._wrong_reader(goal).automaton, goal.atoms)
+        return [*(Reading(self._claim_reader(claim).automaton, claim.atoms) for claim in self.assumed), own]
+
+    def violation_from(self, goal: Goal, starts: Iterable[tuple[int, tuple[int, ...]]]) -> Walk | None:
+        """An infinite run of the graph as it is that violates a goal, from one of these nodes, each with the states of
+        the automata of `readings` there; None: there is none. LimitReached, AutomatonTooLarge: that is not known.
+        """
+        *assumed, wrong = [*self._assumption_readers(), self._wrong_reader(goal)]
+        begins = (0,) * (len(assumed) - len(self.assumed))
+        both = Product(self.graph, [*assumed, wrong], self._fair_bits)
+        if both.is_empty:
+            return None
+        return both.lasso([(node, (*states[:-1], *begins, states[-1])) for node, states in starts])
 
     def escape(self) -> Walk | None:
         """The shortest walk of the complete graph to where the assumptions are escaped; None: there is none.

@@ -1,7 +1,8 @@
 """Where a run stands, said in the variables of another program: that of the arrangement with another machine in it.
 
 The new machine is as if it had just been loaded: in its initial state, its own variables with the values that those of
-the same name and type had, and no command waits for it. All else stays as it is.
+the same name and type had, and no command waits for it. It has its turn in the next cycle, also where the old one had
+left the schedule. All else stays as it is.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from llfsm_verify.program.program import Int, Program, Var
 
 LASTING = ("loaded",)
 """Of a new machine: control that does not begin anew."""
-NEEDED = ("state", "finished", "loaded", "pending")
+NEEDED = ("state", "finished", "loaded", "pending", "ended")
 """Control that must not be lost. Other control is missing in a program where nothing would read it."""
 
 
@@ -63,6 +64,17 @@ class Carrying:
             if not variable.output and not _is_of(variable, machine) and name.rpartition(".$")[2] in NEEDED
         ]
         """Control that `new` has not, and that must be as it was at first."""
+        self._unknown = [
+            (f"{info.name}.$state", info.suspend)
+            for info in old.program.machines
+            if info.suspend is not None and f"{info.name}.$remembered" in new.layout.fields
+            if info.name != machine and f"{info.name}.$remembered" not in old.layout.fields
+            if f"{info.name}.$pending" in old.layout.fields  # else it is as it began
+        ]
+        """The states of machines that can be resumed in `new`, with the suspend state; `old` does not keep where to."""
+        self._place = next(_places(new.program, machine), None)
+        """The variable whose turn it is in the process of the machine, and the machine's number there."""
+        self._loaded = f"{machine}.$loaded"
 
     def record(self, record: bytes) -> bytes:
         """The record of `new` for a run that stands at `record`. Uncarried: another machine would not be as it was."""
@@ -80,12 +92,28 @@ class Carrying:
             if values[variable.name] != variable.init:
                 told = _text(variable, values[variable.name])
                 raise Uncarried(f"`{variable.name}` is {told}, which nothing could change any more")
+        for name, suspend in self._unknown:
+            if values[name] == suspend:
+                machine = name.removesuffix(".$state")
+                raise Uncarried(f"`{machine}` is suspended, and the run does not keep where it would be resumed")
+        if self._place is not None and found.get(self._loaded, 1):
+            turn, at = self._place
+            first = found[turn]
+            assert isinstance(first, int)
+            found[turn] = min(first, at)  # a cycle begins, perhaps without the old machine
         return self._new.encode_record(found)
 
 
 def carried(old: Laid, record: bytes, new: Laid, first: bytes, machine: str | None) -> bytes:
     """One record, carried; see `Carrying`."""
     return Carrying(old, new, first, machine).record(record)
+
+
+def _places(program: Program, machine: str | None) -> Iterator[tuple[str, int]]:
+    turns = {process.turn for process in program.processes}
+    for variable in program.vars:
+        if variable.name in turns and machine in variable.origin.labels:
+            yield variable.name, variable.origin.labels.index(machine)
 
 
 def _is_of(variable: Var, machine: str | None) -> bool:

@@ -11,26 +11,32 @@ that it can have when the run is where it stood, among all that are reachable fr
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.omega.moves import moves_of
 from llfsm_verify.backends.native.layout import Layout
+from llfsm_verify.checking.goals.goal import bad_prefixes_of
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.engines.explicit.search import FIRST_LOOK, GROWTH, Search
+from llfsm_verify.engines.explicit.search import FIRST_LOOK, GROWTH, Reading, Search
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.logic.formula import apply
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.monitoring.lookup import MonitorTooLarge
+from llfsm_verify.monitoring.states import Monitor
 from llfsm_verify.program.moves import Move
 from llfsm_verify.runtime.loading.carrying import Carrying, Laid, Uncarried
 from llfsm_verify.runtime.loading.places import UNKNOWN, Accepted, place_of
 from llfsm_verify.runtime.loading.side import Side
 from llfsm_verify.runtime.loading.watched import TooManyEdges
 
+MOST_ATOMS = 12
+"""Of a property of which a monitor does not see every violation, with its assumptions."""
 OVERFLOW = "a value of type int left the 64 bits in which the executor holds it"
 
 
@@ -49,6 +55,8 @@ class Question:
     code: Laid
     record: bytes
     states: tuple[int, ...]
+    earlier: tuple[tuple[Arrangement, str | None], ...] = ()
+    """What ran before, the first one first, each with the machine that was replaced then; None: a policy was."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +70,8 @@ class Happening:
     moves: tuple[Move, ...]
     later: int
     """Cycles that the run would have gone on before."""
+    endless: bool
+    """Its end repeats forever, and that is the violation: no monitor sees it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +104,8 @@ class _Found:
     reason: str
     walk: Sequence[int] = ()
     fault: int | None = None
+    endless: bool = False
+    """The walk ends with what repeats forever."""
 
 
 class _Examination:
@@ -117,6 +129,12 @@ class _Examination:
             if question.states[number] in self._before.false[number]:
                 self._lost.add(number)
                 self._reasons[name] = "it is violated already"
+        names = list(self._after.monitors)
+        goals = [
+            (names.index(goal.line.name), goal) for goal in goals_of(self._after.problem) if goal.line.name in names
+        ]
+        self._endless = [pair for pair in goals if pair[0] not in self._lost and not bad_prefixes_of(pair[1])[1]]
+        """The monitored properties that may be violated without a monitor ever seeing it."""
 
     def outcome(self) -> Accepted | Refusal:
         starts = self._starts()
@@ -133,6 +151,8 @@ class _Examination:
             key = before.graph.key(node)
             if not self._before.is_whole(key) or not self._lost.issuperset(self._before.violated(key)):
                 continue
+            if self._before.has_ended(key):
+                continue  # nothing is loaded any more
             place = self._place(key)
             if place in places and places[place] is None:
                 continue
@@ -144,12 +164,15 @@ class _Examination:
                 known = places.setdefault(place, [])
                 assert known is not None
                 known.append((root, node))
-        roots = {root: node for found in places.values() if found is not None for root, node in found}
+        roots: dict[bytes, int] = {}
+        for root, node in (pair for found in places.values() if found is not None for pair in found):
+            roots.setdefault(root, node)  # the first one is not later than others
         if not roots:
             return Refusal(uncarried or "a property is violated already wherever the run can be at the end of a cycle")
         notes = [f"`{name}` is checked from now on only: {why}" for name, why in self._reasons.items()]
-        after = self._after.explorer(roots, with_edges=bool(self._reasons))
-        found = self._searched(after) or self._from_now(after)
+        lasting = bool(self._reasons or self._endless or self._after.problem.assumptions)
+        after = self._after.explorer(roots, with_edges=lasting)
+        found = self._searched(after) or self._never_satisfied(after) or self._from_now(after)
         if found is not None:
             if not found.walk:
                 return Refusal(found.reason, tuple(notes), found.broken)
@@ -174,10 +197,29 @@ class _Examination:
         if set(known) - set(names):
             lost = ", ".join(sorted(set(known) - set(names))[:3])
             raise Uncarried(f"the model of the surroundings has no {lost}, so nobody knows which of its states fit")
-        explorer = self._explored(side, side.beginnings())
+        explorer = self._explored(side, self._beginnings())
         wanted = place_of(question.code, question.record, question.states)
         keys = (explorer.graph.key(node) for node in range(len(explorer.graph)))
         return [key for key in keys if side.is_whole(key) and self._place(key) == wanted]
+
+    def _beginnings(self) -> Iterable[bytes]:
+        """Where the arrangement that runs can have begun: anywhere where the one before it can have been."""
+        sides = [
+            Side(arrangement, self._question.properties, self._budget) for arrangement, _ in self._question.earlier
+        ]
+        sides.append(self._before)
+        found: Iterable[bytes] = sides[0].beginnings()
+        machines = [machine for _, machine in self._question.earlier]
+        for (before, after), machine in zip(pairwise(sides), machines, strict=True):
+            graph = self._explored(before, found).graph
+            carrying = Carrying(before, after, after.layout.first(), machine)
+            carried: dict[bytes, None] = {}
+            for key in map(graph.key, range(len(graph))):
+                if before.is_whole(key):
+                    with suppress(Uncarried):
+                        carried[carrying.record(before.record(key))[: after.layout.configuration_bytes]] = None
+            found = carried
+        return found
 
     def _explored(self, side: Side, configurations: Iterable[bytes]) -> Explorer:
         explorer = side.explorer(configurations)
@@ -219,11 +261,59 @@ class _Examination:
             raise LimitReached(graph.stopped or OVERFLOW)
         return None
 
+    def _never_satisfied(self, explorer: Explorer) -> _Found | None:
+        """An infinite run that violates what is monitored (`F p`) without its monitor seeing it; None: there is none.
+
+        It goes on with whatever can have led the monitor to where it is.
+        """
+        if not self._endless:
+            return None
+        search = Search(explorer, self._after.problem, [goal for _, goal in self._endless])
+        keys = [explorer.graph.key(root) for root in range(explorer.graph.roots)]
+        for number, goal in self._endless:
+            monitor = list(self._after.monitors.values())[number]
+            table, reached = self._after.tables[number], self._reached(monitor, search.readings(goal))
+            starts = [
+                (root, states)
+                for root, key in enumerate(keys)
+                for states in reached[table.states[self._after.states(key)[number]]]
+            ]
+            walk = search.violation_from(goal, starts)
+            if walk is not None:
+                name = goal.line.name
+                return _Found(name, f"`{name}` would be violated", walk.nodes, endless=True)
+        return None
+
+    def _reached(self, monitor: Monitor, readings: Sequence[Reading]) -> list[set[tuple[int, ...]]]:
+        """For each state of a monitor the states in which these automata can be after one word. TooManyEdges."""
+        moves = [moves_of(reading.automaton) for reading in readings]
+        found: list[set[tuple[int, ...]]] = [set() for _ in monitor.edges]
+        if any(move.is_empty for move in moves):
+            return found
+        names = list(dict.fromkeys((*monitor.atoms, *(name for reading in readings for name in reading.atoms))))
+        if len(names) > MOST_ATOMS:
+            raise TooManyEdges(f"a property that is not decided by finite runs has more than {MOST_ATOMS} atoms")
+        bits = [[names.index(name) for name in reading.atoms] for reading in readings]
+        own = [names.index(name) for name in monitor.atoms]
+        queue = [(0, (0,) * len(moves))]
+        known = set(queue)
+        for state, states in queue:
+            for letter in range(1 << len(names)):
+                self._budget.tick()
+                target = monitor.step(state, _seen(letter, own))
+                each = [[s for _, s in m(at, _seen(letter, b))] for m, at, b in zip(moves, states, bits, strict=True)]
+                for joint in product(*each):
+                    found[target].add(joint)
+                    if (target, joint) not in known:
+                        known.add((target, joint))
+                        queue.append((target, joint))
+        return found
+
     def _from_now(self, explorer: Explorer) -> _Found | None:
-        """A violation of what is checked from now on only; None: there is none."""
+        """A violation of what is checked from now on only, or that no run meets the assumptions; None: neither."""
         problem = self._after.problem
         lines = [line for line in problem.properties if line.name in self._reasons]
-        if not lines:
+        if not lines and not problem.assumptions:
             return None
         for line in (*lines, *problem.assumptions):
             if line.formula is None:
@@ -233,8 +323,9 @@ class _Examination:
         )
         search = _run(explorer, later)
         for task in search.tasks:
-            if task.violation is not None:
-                return _Found(task.name, f"`{task.name}` would be violated", task.violation.nodes)
+            walk = task.violation
+            if walk is not None:
+                return _Found(task.name, f"`{task.name}` would be violated", walk.nodes, endless=walk.loop is not None)
             if not search.is_clean(task):
                 raise LimitReached(task.reason or "the search was cut short")
         if search.possible is not True:
@@ -248,7 +339,12 @@ class _Examination:
         moves = [move for pair in pairwise(found.walk) for move in explorer.witness(*pair, None)]
         if found.fault is not None:
             moves += explorer.fault_witness(found.walk[-1], found.fault)
-        return Happening(record, self._after.states(key), tuple(moves), later)
+        return Happening(record, self._after.states(key), tuple(moves), later, found.endless)
+
+
+def _seen(letter: int, bits: Sequence[int]) -> int:
+    """A letter, as one sees it who reads only these bits of it."""
+    return sum(1 << number for number, bit in enumerate(bits) if letter >> bit & 1)
 
 
 def _next(line: Property) -> Property:

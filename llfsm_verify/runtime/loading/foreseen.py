@@ -49,8 +49,9 @@ def record_foreseen(
             loop.commit()
             if recorder is not None:
                 recorder.reach()
-        seen = refusal.broken is not None and refusal.broken in monitors
-        if seen and loop.verdicts[list(monitors).index(str(refusal.broken))] != "violated":
+        watched = refusal.broken is not None and refusal.broken in monitors
+        seen = watched and loop.verdicts[list(monitors).index(str(refusal.broken))] == "violated"
+        if watched and not seen and not happening.endless:
             raise Disagreement(f"the executor does not violate `{refusal.broken}` in the run that was found")
         if (refusal.broken is None) != bool(status):
             raise Disagreement("the executor does not end in a fault where the run that was found does")

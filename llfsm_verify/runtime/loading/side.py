@@ -36,6 +36,7 @@ class Side:
         ]
         self._states = [self.layout.reader(monitor_name(k)) for k in range(len(self.tables))]
         self._within = [self.layout.reader(name) for name in within_names(self.plain)]
+        self._ended = [None if p.ended is None else self.layout.reader(p.ended) for p in self.plain.processes]
 
     def explorer(self, configurations: Iterable[bytes], *, with_edges: bool = False) -> Explorer:
         """An exploration from these, which have room for nothing else."""
@@ -63,6 +64,10 @@ class Side:
     def is_whole(self, configuration: bytes) -> bool:
         """No process is in the middle of a cycle."""
         return not any(read(configuration) for read in self._within)
+
+    def has_ended(self, configuration: bytes) -> bool:
+        """All processes have ended."""
+        return all(read is not None and read(configuration) for read in self._ended)
 
     def beginnings(self) -> Iterator[bytes]:
         """The initial configurations, the first letter read."""

@@ -103,7 +103,7 @@ class _Asked:
             self.made = self._make()
         except DiagnosticError as error:
             name = self.loaded.change.name
-            own = [d for d in error.diagnostics if d.span is not None and d.span.source.name == name]
+            own = [d for d in error.diagnostics if name == (d.file if d.span is None else d.span.source.name)]
             self.problem = "; ".join(_line(d) for d in own or error.diagnostics)
         except (ValueError, Uncarried) as error:
             self.problem = str(error)
@@ -140,6 +140,8 @@ class Succession:
         self._draft, self._making = draft, making
         self._priority, self._together, self._threaded = priority, together, threaded
         self._loaded: tuple[Loaded, ...] = ()
+        self._earlier: tuple[tuple[Draft, str | None], ...] = ()
+        """What ran before, with the machine that was replaced then."""
         self._asked: _Asked | None = None
         self._given_up: list[threading.Thread] = []
         """They make what nobody waits for any more."""
@@ -234,7 +236,7 @@ class Succession:
             raise Refused("the run has not begun")
         code, making = self.shared.loop.code, self._making
         record, states = code.frames.record_of(newest), tuple(newest[code.frames.monitors :])
-        task = Task(making, before, draft, (*self._loaded, loaded), code, record, states)
+        task = Task(making, before, draft, (*self._loaded, loaded), code, record, states, self._earlier)
         return Check(task.finding, making.limits)
 
     def serve(self, seconds: float) -> None:  # noqa: ARG002 - there is nothing to wait for
@@ -319,6 +321,8 @@ class Succession:
         self._next = self._asked = None
         self._ends.register(following.run.fileno(), select.EPOLLIN)
         self._loaded = (*self._loaded, following.asked.loaded)
+        assert self._draft is not None
+        self._earlier = (*self._earlier, (self._draft, following.asked.loaded.machine))
         self._draft, self.arrangement = following.draft, following.arrangement
         following.asked.answer(self._first, following.asked.notes)
         following.shared.posts.adopt(self.shared.posts)  # with what was posted since the pause
@@ -351,8 +355,9 @@ class Succession:
 
 def _line(found: Diagnostic) -> str:
     """What is wrong, where, and what to write instead."""
-    where = f"{found.span}: " if found.span is not None else ""
-    return f"{where}{found.message}" + (f" ({found.hint})" if found.hint else "")
+    where = found.span or found.file
+    place = f"{where}: " if where else ""
+    return f"{place}{found.message}" + (f" ({found.hint})" if found.hint else "")
 
 
 def _compare(running: Loop, following: Loop) -> None:

@@ -37,19 +37,18 @@ class Task:
     record: bytes
     states: tuple[int, ...]
     """Of its monitors."""
+    earlier: tuple[tuple[Draft, str | None], ...]
+    """As of `Question`."""
 
     def finding(self) -> Finding:
         """The answer. Errors are mistakes of ours."""
         from llfsm_verify.runtime.loading.examining import Question, Refusal, examine
 
         try:
-            running, following = (
-                runnable(resolve(draft), simulated=True, cycle_ms=self.making.cycle_ms)
-                for draft in (self.running, self.following)
-            )
+            running, following = self._resolved(self.running), self._resolved(self.following)
             question = Question(
                 running, following, self.loaded[-1].machine, self.making.properties, self.code, self.record,
-                self.states,
+                self.states, tuple((self._resolved(draft), machine) for draft, machine in self.earlier),
             )  # fmt: skip
             outcome = examine(question, Budget(self.making.limits))
         except DiagnosticError as error:
@@ -57,6 +56,9 @@ class Task:
         if isinstance(outcome, Refusal):
             return Finding(None, self._why(outcome, following), outcome.notes)
         return Finding(outcome, "", outcome.notes)
+
+    def _resolved(self, draft: Draft) -> Arrangement:
+        return runnable(resolve(draft), simulated=True, cycle_ms=self.making.cycle_ms)
 
     def _why(self, refusal: Refusal, following: Arrangement) -> str:
         from llfsm_verify.runtime.loading.foreseen import Interleaved, record_foreseen
@@ -76,7 +78,8 @@ class Task:
             later = refusal.happening.later
             when = "" if not later else f", if it is loaded {_cycles(later)} from now"
             recorded = "" if path is None else f" (recorded in {path})"
-            return f"{refusal.reason} {_cycles(cycles)} after it is loaded{when}{recorded}"
+            how = " by a run that repeats itself" if refusal.happening.endless else ""
+            return f"{refusal.reason}{how} {_cycles(cycles)} after it is loaded{when}{recorded}"
         return refusal.reason
 
     def _paths(self) -> Iterator[Path | None]:

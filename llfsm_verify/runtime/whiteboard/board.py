@@ -19,7 +19,7 @@ from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.values import Shown, text
 from llfsm_verify.program.program import Choice
 from llfsm_verify.runtime.live.frame import COMMITTED, ENDING, ENDINGS, NUMBER
-from llfsm_verify.runtime.whiteboard.places import socket_path
+from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST, socket_path
 from llfsm_verify.runtime.whiteboard.segment import Attached, Lent, NoSegment
 from llfsm_verify.runtime.whiteboard.slots import STATE, Slot
 from llfsm_verify.runtime.whiteboard.subscription import Frames, Subscription
@@ -276,11 +276,15 @@ class Whiteboard:
 
     def send(self, request: dict[str, Json]) -> None:
         """Ask the owner for something without waiting: `answers` has what comes back, in the order of what was asked.
-        Until it has all of it, nothing else may be asked. WhiteboardError: the owner is gone.
+        Until it has all of it, nothing else may be asked. PostRefused: it is too long; WhiteboardError: the owner is
+        gone.
         """
+        line = json.dumps(request).encode() + b"\n"
+        if len(line) > MOST_REQUEST:
+            raise PostRefused(f"it would be a request of {len(line):,} bytes, and {MOST_REQUEST:,} are the most")
         try:
             self._connection.settimeout(SECONDS)
-            self._connection.sendall(json.dumps(request).encode() + b"\n")
+            self._connection.sendall(line)
         except OSError:
             raise WhiteboardError(f"the owner of `{self.name}` is gone") from None
 
@@ -300,8 +304,7 @@ class Whiteboard:
         PostRefused: the arrangement's `operators` or `access` do not allow it, the machine does not fit, or it is not
         proved that nothing goes wrong with it; OSError: the file cannot be read; WhiteboardError: the owner is gone.
         """
-        text = Path(path).read_text(encoding="utf-8")
-        return self._change({"replace": [machine, Path(path).name, text], "unchecked": unchecked})
+        return self._change({"replace": [machine, Path(path).name, _text_in(path)], "unchecked": unchecked})
 
     def policy(self, path: str | Path) -> Replaced:
         """Let the policy in a file take the place of the one in force, after it has been checked. The run is then
@@ -311,7 +314,7 @@ class Whiteboard:
         had not, or it is not proved that nothing goes wrong with it; OSError: the file cannot be read;
         WhiteboardError: the owner is gone.
         """
-        return self._change({"policy": [Path(path).name, Path(path).read_text(encoding="utf-8")]})
+        return self._change({"policy": [Path(path).name, _text_in(path)]})
 
     def _change(self, request: dict[str, Json]) -> Replaced:
         match self._ask(request, patient=True):
@@ -431,3 +434,9 @@ def called(name: str) -> socket.socket:
         connection.close()
         raise
     return connection
+
+
+def _text_in(path: str | Path) -> str:
+    """The text of a file, as much of it as is too long. OSError, UnicodeDecodeError."""
+    with open(path, encoding="utf-8") as file:
+        return file.read(MOST_REQUEST)

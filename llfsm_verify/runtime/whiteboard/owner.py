@@ -31,7 +31,7 @@ from llfsm_verify.arrangement.replacing import Change, NewPolicy, Replacement
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.audit import AuditLog
 from llfsm_verify.runtime.whiteboard.permissions import Permissions, policy_digest, user_name
-from llfsm_verify.runtime.whiteboard.places import NoPlace, folder, socket_path
+from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST, NoPlace, folder, socket_path
 from llfsm_verify.runtime.whiteboard.segment import Segment
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.slots import slots_of
@@ -43,8 +43,10 @@ MOST_REFUSALS = 100
 """Of a client, which would fill the audit log."""
 MOST_NOTED = 300
 """Characters of a request that the audit log keeps."""
-MOST_BYTES, PIECE = 1 << 20, 1 << 16
-"""Of a request, which may have the text of a machine; and what is read of it at once."""
+MOST_NAME = 255
+"""Characters of the name of a file."""
+PIECE = 1 << 16
+"""Bytes of a request that are read at once."""
 MOST_LENT, MOST_WAKES = 4, 16
 """Segments and sockets for waking of one client."""
 PATIENCE, PROMPT = 0.05, 0.001
@@ -231,8 +233,10 @@ class Owner:
             credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
             pid, uid, _ = _CREDENTIALS.unpack(credentials)
             client = _Client(connection, pid, uid)
-            if not self._permissions.may_connect(uid) or len(self._clients) >= MOST_CLIENTS:
-                self._refused(client, "it may not read the whiteboard")
+            allowed = self._permissions.may_connect(uid)
+            if not allowed or len(self._clients) >= MOST_CLIENTS:
+                crowded = f"{MOST_CLIENTS} processes read the whiteboard already"
+                self._refused(client, crowded if allowed else "it may not read the whiteboard")
                 connection.close()
                 return
             try:
@@ -263,7 +267,10 @@ class Owner:
                 self._answer(client)
                 if self._refuses_too_often(client):
                     raise ConnectionResetError
-                if len(client.received) > MOST_BYTES or len(client.answers) > MOST_BYTES + len(self._greeting):
+                if len(client.received) > MOST_REQUEST:
+                    self._refused(client, f"more than {MOST_REQUEST:,} bytes of what it asks wait")
+                    raise ConnectionResetError
+                if len(client.answers) > MOST_REQUEST + len(self._greeting):
                     raise ConnectionResetError
         except BlockingIOError:
             pass
@@ -387,6 +394,8 @@ class Owner:
         denial = self._permissions.denial(client.uid, kind, str(facts.get("machine")))
         if denial is not None:
             raise Refused(denial)
+        if len(change.name) > MOST_NAME or not change.name.isprintable():
+            raise Refused(f"the name of a file has {MOST_NAME} characters at most, all of which can be printed")
         changing = self._changing
         if changing is None:
             raise Refused("this run keeps the machines and the policy that it has")

@@ -9,6 +9,8 @@ from pathlib import Path
 
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}\Z")
 SUFFIX = ".whiteboard"
+MOST_REQUEST = 1 << 20
+"""Bytes of a request to an owner, which may have the text of a machine."""
 
 
 class NoPlace(Exception):

@@ -186,6 +186,60 @@ def test_an_answer_says_why(action, lines, reason, tmp_path):
         assert record_foreseen(outcome, following, properties, header, tmp_path / "r") == len(turns)
 
 
+LASTING = [
+    # What is monitored, whether 7 was there before, the new action, whether it is accepted.
+    ("F out == 7", False, "out = 1;", False),
+    ("F out == 7", True, "out = 1;", True),
+    ("F out == 7", False, "out = go ? 7 : 1;", False),
+    ("F out == 7", False, "out = out < 9 ? out + 1 : out;", True),
+    ("G out < 9 && G F out == 7", True, "out = 1;", False),
+    ("G out < 9 && G F out == 7", True, "n = (n + 1) % 9; out = n;", True),
+    ("G (out == 2 -> out < 8 U out == 7)", False, "out = 1;", False),  # it waits for 7 since 2 was there
+    ("G (out == 2 -> out < 8 U out == 7)", False, "out = 7;", True),
+    ("(F out == 3) || G F go", False, "out = 1;", False),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("line", "later", "action", "accepted"), LASTING)
+def test_what_a_monitor_waits_for_must_come(line, later, action, accepted, tmp_path):
+    """No finite run shows that something never happens, so no monitor sees it."""
+    running, following = counter("n = (n + 1) % 9; out = n;"), counter(action)
+    properties = properties_of(f"p: {line}")
+    loop = loop_of(code_of(running, properties), 1)
+    loop.go(8 if later else 2)
+    outcome = asked(running, following, "count", properties, loop)
+    assert isinstance(outcome, Accepted) == accepted, outcome
+    assert not any("from now on" in note for note in outcome.notes)
+    if isinstance(outcome, Refusal):
+        assert outcome.happening is not None and outcome.happening.endless
+        header = {"name": "test", "loaded": [["count", "m.yaml", "", False]]}
+        assert record_foreseen(outcome, following, properties, header, tmp_path / "r")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("assumed", "accepted"), [("G F go", True), ("F go", False), ("G F !go", False)])
+def test_what_a_monitor_waits_for_may_be_assumed(assumed, accepted):
+    running, following = counter("n = (n + 1) % 9; out = n;"), counter("out = go ? 7 : 1;")
+    properties = properties_of(f"assume a: {assumed}", "p: G (out == 3 -> out < 9 U out == 7)")
+    loop = loop_of(code_of(running, properties), 1)
+    loop.go(4)
+    assert isinstance(asked(running, following, "count", properties, loop), Accepted) == accepted
+
+
+@pytest.mark.slow
+def test_a_machine_that_no_run_meets_the_assumptions_with_is_refused():
+    """Otherwise nothing would be said of it."""
+    running, following = counter("n = (n + 1) % 9; out = n;"), counter("out = 1;")
+    for line in ("p: G (out == 3 -> F out == 5)", "p: F out == 8", "p: G out < 9"):
+        properties = properties_of("assume a: G F out == 7", line)
+        loop = loop_of(code_of(running, properties), 1)
+        loop.go(2)
+        assert isinstance(asked(running, running, "count", properties, loop), Accepted)
+        refusal = asked(running, following, "count", properties, loop)
+        assert isinstance(refusal, Refusal) and refusal.reason.endswith("no run from there on meets the assumptions")
+
+
 PLANT = {
     "machine": "Tank", "variables": {"height": {"type": "0..9", "init": 5}},
     "states": [{"name": "T", "internal": "height = max(0, min(9, height + (pump ? 1 : -1))); level = height;",
@@ -222,6 +276,109 @@ def test_a_run_in_the_world_takes_all_states_of_the_model_that_fit():
     loop.stand(code.layout.encode_record({**code.layout.decode_record(loop.record), "pump": 1}), [1])
     strange = outcome("pump = level < 6;")
     assert isinstance(strange, Refusal) and "surroundings excludes" in strange.reason
+
+
+@pytest.mark.slow
+def test_a_run_in_the_world_takes_the_states_of_the_model_that_earlier_machines_have_led_to():
+    """The first machine charges a battery, which nobody sees; the second does not, so it would never be charged."""
+
+    def charging(action: str) -> Arrangement:
+        keeper = {"machine": "Keeper", "states": [{"name": "K", "internal": action, "stays": True}]}
+        battery = {
+            "machine": "Battery", "variables": {"charged": {"type": "bool"}},
+            "states": [{"name": "B", "stays": True,
+                        "internal": "if (use == 1) charged = true; spark = charged && use == 2;"}],
+        }  # fmt: skip
+        return build_arrangement(
+            {"name": "battery", "cycle_ms": 10, "schedule": ["keeper"], "machines": {"keeper": {"inline": keeper}},
+             "whiteboard": {"spark": {"type": "bool", "role": "input"}, "use": {"type": "0..2", "role": "output"}},
+             "environment": {"inline": battery}}
+        )  # fmt: skip
+
+    properties = properties_of("p: G !spark")
+    first, second, third = charging("use = use == 1 ? 0 : 1;"), charging("use = 0;"), charging("use = 2;")
+    loop = loop_of(code_of(replace(second, environment=None), properties), 1)
+    question = Question(second, third, "keeper", properties, loop.code, loop.record, loop.states)
+    assert isinstance(examine(question, Budget(LIMITS)), Accepted)
+    refusal = examine(replace(question, earlier=((first, "keeper"),)), Budget(LIMITS))
+    assert isinstance(refusal, Refusal) and refusal.reason == "`p` would be violated"
+
+
+AFTER_ITS_END = {
+    "name": "rising", "cycle_ms": 10,
+    "whiteboard": {"level": {"type": "0..9", "role": "input", "init": 0}, "rise": {"type": "0..9", "role": "output"}},
+    "machines": {
+        "starter": {"inline": {"machine": "Starter", "states": [{"name": "S"}]}},
+        "meter": {"inline": {"machine": "Meter", "variables": {"last": {"type": "0..9"}}, "states": [
+            {"name": "M", "internal": "rise = (level + 10 - last) % 10; last = level;", "stays": True}]}},
+    },
+    "schedule": ["starter", "meter"],
+    "environment": {"inline": {
+        "machine": "Tide", "states": [{"name": "T", "internal": "level = (level + 1) % 10;", "stays": True}]}},
+}  # fmt: skip
+
+
+@pytest.mark.slow
+def test_a_machine_in_the_place_of_one_that_has_finished_begins_the_cycle():
+    """Otherwise the surroundings would stand still for a cycle, and operators wait: only the first turn has them."""
+    lasting = {"machine": "Lasting", "states": [{"name": "L", "stays": True}]}
+    machines = {**AFTER_ITS_END["machines"], "starter": {"inline": lasting}}
+    running, following = build_arrangement(AFTER_ITS_END), build_arrangement({**AFTER_ITS_END, "machines": machines})
+    properties = properties_of("rises: G (meter.ran -> rise == 1)")
+    code, next_code = code_of(running, properties), code_of(following, properties)
+    loop = loop_of(code, 1)
+    loop.go(5)
+    assert isinstance(asked(running, following, "starter", properties, loop), Accepted)
+    next_loop = loop_of(next_code, 1)
+    steps = loop.steps
+    next_loop.succeed(loop, carried(code, loop.record, next_code, next_code.layout.first(), "starter"))
+    next_loop.go(1)
+    assert next_loop.steps == steps + 2 and next_loop.verdicts == ("undecided",)
+
+
+@pytest.mark.slow
+def test_a_machine_is_not_resumed_in_another_state_than_it_was_suspended_in():
+    """Where nothing could resume it, the run does not keep that state."""
+
+    def arrangement(action: str) -> Arrangement:
+        steps = [
+            {"name": n, "transitions": [{"when": "true", "to": t}]} for n, t in (("A", "B"), ("B", "C"), ("C", "A"))
+        ]
+        commander = {"machine": "Commander", "states": [{"name": "S", "internal": action, "stays": True}]}
+        return build_arrangement(
+            {"name": "resuming", "cycle_ms": 10, "schedule": ["commander", "worker"], "machines": {
+                "commander": {"inline": commander}, "worker": {"inline": {"machine": "Worker", "states": steps}}}}
+        )  # fmt: skip
+
+    running = arrangement("if (worker@C) suspend(worker);")
+    following = arrangement("if (worker@C) suspend(worker); if (is_suspended(worker)) resume(worker);")
+    properties = properties_of("p: G (commander@S)")
+    code, next_code = code_of(running, properties), code_of(following, properties)
+    loop = loop_of(code, 1)
+    loop.go(1)
+    outcome = asked(running, following, "commander", properties, loop)
+    assert isinstance(outcome, Accepted)  # the worker is not suspended yet
+    while place_of(code, loop.record, loop.states) in outcome.places:
+        loop.go(1)
+    with pytest.raises(Uncarried, match="`worker` is suspended, and the run does not keep where it would be resumed"):
+        carried(code, loop.record, next_code, next_code.layout.first(), "commander")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("line", ["F out == 1", "G F out == 1"])
+def test_where_the_run_has_ended_nothing_is_loaded(line):
+    """So it does not matter that the property would be violated from there on."""
+    ending = [{"name": "S", "transitions": [{"when": "go", "to": "E"}]}, {"name": "E"}]
+    other = [{**ending[0], "internal": "out = 1;"}, {"name": "E", "on_entry": "out = 1;"}]
+    running, following = (
+        build_arrangement({**COUNTER, "machines": {"count": {"inline": {"machine": "Count", "states": states}}}})
+        for states in (ending, other)
+    )
+    properties = properties_of(f"p: {line}")
+    loop = loop_of(code_of(running, properties), 1)
+    assert loop.go(1) == control.DONE
+    outcome = asked(running, following, "count", properties, loop)
+    assert isinstance(outcome, Accepted) and len(outcome.places) == 2
 
 
 @pytest.mark.slow

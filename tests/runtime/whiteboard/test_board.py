@@ -14,7 +14,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
 from decimal import Decimal
 from pathlib import Path
 from random import Random
@@ -32,9 +32,9 @@ from llfsm_verify.runtime.live.preparing import starting_values
 from llfsm_verify.runtime.live.run import Run
 from llfsm_verify.runtime.whiteboard import board as board_of_others
 from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
-from llfsm_verify.runtime.whiteboard.owner import MOST_BYTES, MOST_REFUSALS, MOST_WAKES, Owner, Taken
+from llfsm_verify.runtime.whiteboard.owner import MOST_CLIENTS, MOST_REFUSALS, MOST_WAKES, PIECE, Owner, Taken
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
-from llfsm_verify.runtime.whiteboard.places import NoPlace, names, socket_path
+from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST, NoPlace, names, socket_path
 from llfsm_verify.runtime.whiteboard.segment import Attached, Lent, NoSegment, Segment
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.slots import slots_of
@@ -288,7 +288,7 @@ def test_requests_that_are_none() -> None:
         stream.flush()
         assert json.loads(stream.readline()) == {"ok": True}
         with suppress(ConnectionError):  # a line without an end: the owner has had enough
-            connection.sendall(b"x" * (2 * MOST_BYTES))
+            connection.sendall(b"x" * (2 * MOST_REQUEST))
             while connection.recv(1):
                 pass
         stream.close()
@@ -412,8 +412,23 @@ def test_a_hostile_client_spoils_nothing(tmp_path: Path) -> None:
             with suppress(ConnectionError, ValueError):
                 while client.hear():
                     pass
+        with closing(Raw()) as client, suppress(ConnectionError, ValueError):
+            client.say(b"x" * (MOST_REQUEST + PIECE))
+            client.hear()
+        with ExitStack() as crowd:
+            for _ in range(MOST_CLIENTS):
+                client = crowd.enter_context(closing(socket.socket(socket.AF_UNIX)))
+                client.connect(str(socket_path("board")))
+                with suppress(ConnectionError):
+                    client.recv(1)
         board.command("suspend", "a")
         assert len([what for what in refused if "not a line of JSON" in what]) == MOST_REFUSALS + 1
+        assert any(f"more than {MOST_REQUEST:,} bytes" in what for what in refused)
+        assert any(f"{MOST_CLIENTS} processes read the whiteboard already" in what for what in refused)
+        large = tmp_path / "large.yaml"
+        large.write_text("x" * MOST_REQUEST)
+        with pytest.raises(PostRefused, match="1,048,576 are the most"):
+            board.replace("a", large)
     log.close()
     assert verify(tmp_path / "log").last == log.last
 
