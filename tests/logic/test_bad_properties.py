@@ -26,7 +26,7 @@ ELSEWHERE = {
     # tests/cli/test_query.py
     codes.TEMPORAL,
     # test_syntaxes.py and test_property.py
-    codes.UNSAYABLE, codes.TOO_LARGE, codes.WORD, codes.LIMIT, codes.MIXTURE,
+    codes.UNSAYABLE, codes.WORD, codes.LIMIT, codes.MIXTURE,
     # tests/checking/test_timed.py
     codes.TIMELESS, codes.TOO_LONG, codes.NO_CYCLE,
 }  # fmt: skip

@@ -109,7 +109,7 @@ def test_faults_are_told(tmp_path):
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
-        ((LIGHTS, "-o", "x.png"), 2, "no format ends like `x.png`"),
+        ((LIGHTS, "-o", "x.gif"), 2, "no format ends like `x.gif`"),
         ((LIGHTS, "--format", "npz"), 2, "-o"),
         (("-", "-"), 2, "only once"),
         ((LIGHTS, "-p", "G nothing@HERE"), 3, "nothing"),
