@@ -15,6 +15,7 @@ from llfsm_verify.guarding.transform import Guarded
 from llfsm_verify.language.atoms import PropertyScope, check_atom
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Read
+from llfsm_verify.limits import Budget
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.verification.verify import verify
 
@@ -37,31 +38,32 @@ class Proof:
         return UNKNOWN if self.result is None else self.result.exit_code
 
 
-def prove(guarded: Guarded, properties: PropertySet, options: Options, engine: str) -> Proof:
+def prove(guarded: Guarded, properties: PropertySet, options: Options, engine: str, budget: Budget) -> Proof:
     """Check the properties on the guarded arrangement, with chaos in the place of the guarded machines.
 
     What holds with chaos in more places holds with it in fewer, and is often easier to prove: so all machines below the
     guard are chaos at first. Faults are then those of the guard, of the surroundings and of the pool. What is not
     proved so is looked at with chaos for the guarded machines alone: first without commands, whose combinations are
-    many. What is violated without them is violated, and only what they may change is asked again with them.
+    many. What is violated without them is violated, and only what they may change is asked again with them. All of that
+    has the time that `budget` leaves.
     """
     names = guarded.names
     least = tuple(m.name for m in guarded.arrangement.machines if m.name in names.guarded)
     # A machine of the pool takes its turn after the monitor, where it matters what it samples.
     own = (*names.monitors, names.switch, *names.rights.substitutes)
     most = tuple(m.name for m in guarded.arrangement.machines if m.name in least or (m.loaded and m.name not in own))
-    proof = _prove(guarded, most, properties, options, engine)
+    proof = _prove(guarded, most, properties, _within(options, budget), engine)
     if most == least or (proof.result is not None and (proof.result.interrupted or _kept(proof.result))):
         return proof
     if proof.result is None:
-        return _prove(guarded, least, properties, options, engine)
+        return _prove(guarded, least, properties, _within(options, budget), engine)
     found, faults = _those(proof.result, Verdict.HOLDS), proof.result.faults
     unsure = faults.verdict is not Verdict.HOLDS
     for commands in (False, True):
         left = replace(properties, properties=tuple(p for p in properties if p.name not in found))
         if not left.goals and not (commands and unsure):
             continue
-        asked = replace(options, faults=commands and unsure)
+        asked = replace(_within(options, budget), faults=commands and unsure)
         proof = _prove(guarded, least, left, asked, engine, commands=commands)
         if proof.result is None:
             return proof
@@ -76,6 +78,11 @@ def prove(guarded: Guarded, properties: PropertySet, options: Options, engine: s
     return _with_reasons(
         replace(proof, machines=least, result=replace(proof.result, properties=in_order, faults=faults)), guarded
     )
+
+
+def _within(options: Options, budget: Budget) -> Options:
+    """The same with the time that is left."""
+    return options if budget.left is None else replace(options, limits=options.limits.within(budget.left))
 
 
 def _kept(result: Result) -> bool:

@@ -15,7 +15,7 @@ from llfsm_verify.guarding.proof import prove
 from llfsm_verify.guarding.reactions import reaction
 from llfsm_verify.guarding.transform import Task, guard
 from llfsm_verify.guarding.wanted import Wanted
-from llfsm_verify.limits import Limits
+from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.logic.properties import parse_properties
 
 
@@ -50,4 +50,4 @@ def guarded(given, properties, fallbacks, guard_only=(), own=None, until=None, r
 
 
 def proved(made, lines, engine="auto", limits=Limits()):  # noqa: B008 - it is frozen
-    return prove(made, lines, Options(limits), engine)
+    return prove(made, lines, Options(limits), engine, Budget(limits))

@@ -1,6 +1,8 @@
 """Guarded arrangements: their texts, and what is proved of them."""
 
 import re
+import time
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -14,6 +16,7 @@ from llfsm_verify.guarding.guardable import guardable
 from llfsm_verify.guarding.transform import read_files
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Read
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.bounds import Clock
 from llfsm_verify.verification.verify import verify
 from tests.guarding.helpers import draft_of, guarded, lines_of, proved, text_of
@@ -338,3 +341,19 @@ def test_every_faulty_microwave_keeps_what_its_guard_prohibits(path):
 )
 def test_bounds_in_time_and_the_past_are_kept(limiter, text):
     assert proved(*guarded(limiter, [text], {"speed": "2"})).exit_code == 0
+
+
+@pytest.mark.slow
+def test_the_time_limit_is_one_for_all_of_a_proof(limiter, monkeypatch):
+    made, lines = guarded(limiter, ["p: G (speed < 6)"], {"speed": "speed"})
+    given = []
+
+    def slow(arrangement, properties, options, engine):
+        given.append(options.limits.timeout)
+        time.sleep(0.02)
+        return verify(arrangement, properties, options, engine)
+
+    monkeypatch.setattr("llfsm_verify.guarding.proof.verify", slow)
+    proved(made, lines, limits=Limits(timeout=60.0))
+    assert len(given) > 1 and given[0] <= 60
+    assert all(later <= before - 0.02 for before, later in pairwise(given)), given

@@ -146,7 +146,8 @@ def _prove(options: Namespace, made: Guarded, properties: PropertySet) -> int:
     from llfsm_verify.report.wording import asked_text
 
     limits = Limits(options.max_states, options.memory, options.timeout)
-    proof = prove(made, properties, Options(limits, tell=_tell), options.engine)
+    budget = Budget(limits)
+    proof = prove(made, properties, Options(limits, tell=_tell), options.engine, budget)
     if proof.result is None or proof.arrangement is None:
         _tell(f"unknown: {'; '.join(proof.reasons)}")
         return UNKNOWN
@@ -156,7 +157,7 @@ def _prove(options: Namespace, made: Guarded, properties: PropertySet) -> int:
         width = max(len(p.name) for p in found)
         output.plain("".join(f"proved  {p.name:<{width}}  {asked_text(p.kind, p.text)}\n" for p in found))
         output.plain(f"\nwhatever these machines do: {', '.join(proof.machines)}\n")
-        output.plain(_transparent(made, Budget(limits)))
+        output.plain(_transparent(made, budget))
         return 0
     output.write(RESULTS.load("text")(proof.result, proof.arrangement, Style(quiet=options.quiet)))
     for reason in proof.reasons:
