@@ -56,7 +56,7 @@ CODES: dict[str, str] = {
     "E082": "A machine appears twice in the schedule and the pool.",
     "E083": "A machine is neither in the schedule nor in the pool.",
     "E084": "No schedule, or two.",
-    "E085": "An arrangement of several processes has `observe: cycle`.",
+    "E085": "An arrangement of several processes has `observe: cycle` or `snapshot: cycle`.",
     "E086": "A model of the surroundings in an arrangement of several processes.",
     "E087": "Something that the model of the surroundings cannot have.",
     "E088": "The model of the surroundings writes an input that says when it `changes`.",

@@ -27,7 +27,6 @@ from llfsm_verify.runtime.ports.codes import CODES as PORTS
 from llfsm_verify.runtime.recording.codes import CODES as RECORDINGS
 
 LOWERING = {
-    "E192": "`snapshot: cycle` in an arrangement of several processes.",
     "E193": "What is calculated may leave 128 bits.",
 }
 FILES = {

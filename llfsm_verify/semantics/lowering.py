@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.collector import paused_collector
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.program.program import BOOL, Block, If, Int, Origin, Program, Var
 from llfsm_verify.program.terms import get
 from llfsm_verify.semantics.canonical import canonical_start
@@ -61,7 +60,6 @@ def lower(
     Raises DiagnosticError where the arrangement asks for something that has no meaning (E19x).
     """
     context = Context(arrangement, keep_all_bits, probes=probes, parts=parts)
-    _refuse(arrangement)
     declare(context)
     context.mentioned = mentioned_inputs(context, atoms)
     context.entered = entered_wanted(atoms)
@@ -105,18 +103,6 @@ def lower(
         refusals=tuple(context.refusals),
         period=arrangement.cycle_ms,
     )
-
-
-def _refuse(arrangement: Arrangement) -> None:
-    if arrangement.profile.snapshot == "cycle" and len(arrangement.processes) > 1:
-        raise DiagnosticError(
-            Diagnostic(
-                "E192",
-                "snapshot: cycle needs a single process: with several, whose cycle would it be?",
-                arrangement.span,
-                hint="use snapshot: ringlet, or changes: cycle on the inputs",
-            )
-        )
 
 
 def _declare_outputs(context: Context) -> None:

@@ -134,19 +134,6 @@ PROVOKED: dict[str, Provoked] = {
     "E004": Provoked(("llfsm lint a.yaml",), {**FILE, "m.machine.yaml": "# " + "x" * (4 << 20)}),
     "E005": Provoked(("printf 'machine: M # \\377' > m.machine.yaml", "llfsm lint a.yaml"), FILE),
     "E011": Provoked(("llfsm lint a.yaml",), {"a.yaml": ""}),
-    "E192": Provoked(
-        ("llfsm verify a.yaml",),
-        {
-            "a.yaml": """\
-cycle_ms: 100
-profile: {snapshot: cycle}
-machines:
-  a: {inline: {machine: A, states: [{name: A, stays: true}]}}
-  b: {inline: {machine: B, states: [{name: B, stays: true}]}}
-processes: {left: [a], right: [b]}
-"""
-        },
-    ),
     "E193": Provoked(
         ("llfsm verify a.yaml",),
         _does("n = a * b * a;", "a: {type: int64, role: input}, b: {type: int64, role: input}, n: {type: int}"),

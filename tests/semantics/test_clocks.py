@@ -109,5 +109,9 @@ def test_a_snapshot_of_a_cycle_needs_one_process() -> None:
     )
     other = "  other: {inline: {machine: K, states: [{name: A}]}}\nprocesses"
     found = refused(text.replace("processes", other, 1))
-    assert (found.code, found.hint) == ("E192", "use snapshot: ringlet, or changes: cycle on the inputs")
-    assert found.message == "snapshot: cycle needs a single process: with several, whose cycle would it be?"
+    assert (found.code, found.hint) == (
+        "E085",
+        "several processes have no common cycle: use `snapshot: ringlet`, or `changes: cycle` on the inputs",
+    )
+    assert found.span is not None
+    assert (found.message, found.span.text) == ("`snapshot: cycle` needs a single process", "cycle")

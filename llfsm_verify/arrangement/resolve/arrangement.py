@@ -15,7 +15,7 @@ from llfsm_verify.arrangement.draft import (
 )
 from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import BETWEEN_STEPS, ENVIRONMENT, POLICY, REPLACE, Arrangement
-from llfsm_verify.arrangement.nodes import mark
+from llfsm_verify.arrangement.nodes import Mapping, mark
 from llfsm_verify.arrangement.resolve.access import check_access, resolve_access
 from llfsm_verify.arrangement.resolve.constant_comparisons import constant_comparisons
 from llfsm_verify.arrangement.resolve.instance import InstanceChecker, InstanceText
@@ -127,6 +127,12 @@ class _Resolver:
         if observe == "cycle" and draft.observe is not None and len(processes) > 1:
             hint = "several processes have no common cycle: write `observe: ringlet`"
             report.error("E085", "`observe: cycle` needs a single process", mark(draft.observe), hint)
+        profile = resolve_profile(report, draft.profile)
+        if profile.snapshot == "cycle" and len(processes) > 1:
+            hint = "several processes have no common cycle: use `snapshot: ringlet`, or `changes: cycle` on the inputs"
+            items = draft.profile.items if isinstance(draft.profile, Mapping) else ()
+            place = next(mark(value) for key, value in items if key.text == "snapshot")
+            report.error("E085", "`snapshot: cycle` needs a single process", place, hint)
         taken = {**world.enumerators, **instances, **{w.variable.name: w for w in whiteboard}}
         world = replace(
             world,
@@ -174,7 +180,7 @@ class _Resolver:
             name=name,
             path=path,
             digest=digest,
-            profile=resolve_profile(report, draft.profile),
+            profile=profile,
             observe=cast('Literal["ringlet", "cycle"]', observe),
             timing="timed" if timed else "untimed",
             cycle_ms=period,
