@@ -578,7 +578,7 @@ def test_what_is_asked_is_logged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     told = [(line["what"], line.get("kind", line.get("inputs"))) for line in lines[:4]]
     assert told == [("posts", ["go"]), ("command", "suspend"), ("taken", "suspend"), ("command", "unload")]
     assert lines[2]["frame"] == frame and "does not declare unload" in lines[4]["why"]
-    assert len(lines) == 5 + MOST_REFUSALS + 2 and "sent away" in lines[-1]["why"]
+    assert len(lines) == 5 + MOST_REFUSALS + 2 and "disconnected" in lines[-1]["why"]
 
 
 def test_what_is_closed_is_not_touched() -> None:
