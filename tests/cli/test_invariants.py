@@ -32,7 +32,7 @@ def test_proofs_are_in_the_json(engine: str) -> None:
     assert result["faults"]["proofs"][0]["shows"] == "faults"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_violation_is_a_confirmed_run(tmp_path: Path) -> None:
     done = llfsm("verify", FAULTY, *MUTUAL, "--engine", "pdr", "--save-traces", str(tmp_path))
     assert done.returncode == 1 and "Violated after step" in done.stdout

@@ -30,7 +30,7 @@ from tests.oracle.lockstep import Lockstep
 TABLE = Path("models/README.md")
 
 LARGE = ("batman",)
-"""The models of which each faulty version takes many seconds."""
+"""The models of which each version takes many seconds."""
 FAULTY = [
     pytest.param(
         case, version, id=f"{case.model}-{version}", marks=pytest.mark.long if case.model in LARGE else pytest.mark.slow
@@ -40,6 +40,10 @@ FAULTY = [
 ]
 
 each = pytest.mark.parametrize("case", CASES, ids=[c.model for c in CASES])
+each_slow = pytest.mark.parametrize(
+    "case",
+    [pytest.param(c, id=c.model, marks=pytest.mark.long if c.model in LARGE else pytest.mark.slow) for c in CASES],
+)
 each_faulty = pytest.mark.parametrize(("case", "version"), FAULTY)
 
 
@@ -52,8 +56,7 @@ def violated(result: Result) -> set[str]:
     return found | ({"faults"} if result.faults.verdict is Verdict.VIOLATED else set())
 
 
-@pytest.mark.slow
-@each
+@each_slow
 def test_everything_holds(case):
     result = verify(load_arrangement(case.arrangement), properties_of(case))
     assert {p.name: p.verdict for p in result.properties if p.verdict is not Verdict.HOLDS} == {}
@@ -92,8 +95,7 @@ def premises(formula: Formula) -> Iterator[Formula]:
         yield from premises(formula.args[0])
 
 
-@pytest.mark.slow
-@each
+@each_slow
 def test_no_property_is_true_for_want_of_a_case(case):
     """The premise of each implication happens, under the assumptions: `G !premise` is violated."""
     properties = properties_of(case)
@@ -108,8 +110,7 @@ def test_no_property_is_true_for_want_of_a_case(case):
     assert {names[p.name] for p in result.properties if p.verdict is not Verdict.VIOLATED} == set()
 
 
-@pytest.mark.slow
-@each
+@each_slow
 def test_native_and_reference_executor_agree(case):
     """Along random walks of the model and of its faulty versions."""
     chance = random.Random(5)
@@ -118,8 +119,7 @@ def test_native_and_reference_executor_agree(case):
         compare(program, NativeProgram(program, events=True), [chance.randrange(1 << 16) for _ in range(60)])
 
 
-@pytest.mark.slow
-@each
+@each_slow
 def test_the_lowering_agrees_with_the_page_of_the_semantics(case):
     """The direct interpreter, which knows nothing of step programs, goes the same ways and sees the same letters."""
     arrangement = load_arrangement(case.arrangement)

@@ -11,6 +11,11 @@ from pathlib import Path
 
 import pytest
 
+LONG = (
+    "docs/command-line.md", "docs/guarding.md", "docs/modelling.md", "docs/properties.md", "docs/tutorial.md",
+    "models/batman/README.md",
+)  # fmt: skip
+"""Pages whose commands take many seconds together."""
 PAGES = sorted(str(page) for page in (*Path().glob("*.md"), *Path("docs").rglob("*.md"), *Path("models").rglob("*.md")))
 
 COMMANDS = {
@@ -56,7 +61,10 @@ def test_the_tutorial_has_ten_steps_and_each_runs():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", [page for page in PAGES if transcripts(page)])
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(p, marks=pytest.mark.long) if p in LONG else p for p in PAGES if transcripts(p)],
+)
 def test_what_a_page_shows_is_what_happens(page, tmp_path):
     """All commands of a page in order, in a folder that holds the models, the properties and the files of the page."""
     for name in ("models", "properties"):

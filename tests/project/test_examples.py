@@ -50,7 +50,7 @@ def test_the_wheels_are_slow_enough_for_the_arm() -> None:
     assert done.stdout.endswith("the wheels are too fast for the arm 0 times\n")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_takeover_has_the_times_of_the_paper(tmp_path: Path) -> None:
     done = run(FOLDER / "traffic_takeover.py", str(tmp_path))
     assert done.returncode == 0, done.stderr

@@ -165,7 +165,7 @@ def test_warnings_and_results_made_by_hand_are_valid():
     assert run_of(failure_sarif([Diagnostic("E001", "nothing")], 3))["results"][0].get("locations") is None
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_long_run_is_cut_in_the_middle():
     result, arrangement = faulty(BOTH)
     (item,) = result.properties

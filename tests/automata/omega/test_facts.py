@@ -30,7 +30,7 @@ def rows():
 
 
 ROWS = rows()
-SHARES = [8, pytest.param(1, marks=pytest.mark.slow)]
+SHARES = [8, pytest.param(1, marks=pytest.mark.long)]
 """Every so many rows: some in each run of the tests, all in the long one."""
 
 
