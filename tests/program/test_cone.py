@@ -527,7 +527,7 @@ def test_random_arrangements() -> None:
 
 @pytest.mark.slow
 def test_random_programs() -> None:
-    random_programs(examples(60))
+    random_programs(2 * examples(60))
 
 
 @pytest.mark.long
