@@ -8,7 +8,7 @@ is found in one search.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass
 
 from llfsm_verify.program.program import (
@@ -21,6 +21,7 @@ from llfsm_verify.program.program import (
     Fault,
     Get,
     If,
+    Int,
     Let,
     Local,
     Op,
@@ -98,7 +99,7 @@ def relevant(program: Program, also: Iterable[str] = ()) -> Relevant:
     """All that decides which process may step and whose turn it is, where cycles end, what letters and fairness show,
     and whether a step faults or leaves 64-bit arithmetic, and the variables `also`; time and memory are linear in the
     program's size."""
-    graph = _Graph()
+    graph = _Graph({v.name for v in program.vars if isinstance(v.type, Unbounded)})
     everywhere = graph.node()
     for block, selector in blocks(program):
         around = everywhere
@@ -122,7 +123,9 @@ def relevant(program: Program, also: Iterable[str] = ()) -> Relevant:
 class _Graph:
     """Nodes are variables, locals, decisions and faults; `sources` says what each is computed from."""
 
-    def __init__(self) -> None:
+    def __init__(self, unbounded: Container[str]) -> None:
+        """`unbounded`: the variables of type `int`, which are stored in 64 bits."""
+        self._unbounded = unbounded
         self.sources: list[list[int]] = []
         self.variables: dict[str, int] = {}
         self.locals: dict[tuple[int, str], int] = {}
@@ -153,9 +156,13 @@ class _Graph:
             statement, decision = todo.pop()
             if isinstance(statement, Set):
                 read = (statement.value,) if statement.index is None else (statement.value, statement.index)
-                self._reads(self.variable(statement.var), read, key, decision)
+                node = self.variable(statement.var)
+                self._reads(node, read, key, decision)
+                self._stores(node, statement.value, unbounded=statement.var in self._unbounded)
             elif isinstance(statement, Let):
-                self._reads(self.local(key, statement.local.name), (statement.value,), key, decision)
+                node = self.local(key, statement.local.name)
+                self._reads(node, (statement.value,), key, decision)
+                self._stores(node, statement.value, unbounded=isinstance(statement.local.type, Unbounded))
             elif isinstance(statement, Sample):
                 self._reads(self.local(key, statement.local.name), (), key, decision)
             elif isinstance(statement, Fault):
@@ -166,6 +173,12 @@ class _Graph:
                 inner = self.node()
                 self._reads(inner, (decided_by(statement),), key, decision)
                 todo += [(s, inner) for branch in branches(statement) for s in branch]
+
+    def _stores(self, node: int, value: Expr, *, unbounded: bool) -> None:
+        """`node` gets this value: what `int` takes from a type of 64 bits without a sign may be too large for it."""
+        kind = value.type
+        if unbounded and isinstance(kind, Int) and not INT64_MIN <= kind.low <= kind.high <= INT64_MAX:
+            self.ends.append(node)
 
     def _reads(self, node: int, read: tuple[Expr, ...], block: int, decision: int) -> None:
         """`node` is computed from these expressions, where `decision` says so."""
