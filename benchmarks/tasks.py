@@ -99,7 +99,7 @@ def _ring(n: int) -> list[Task]:
             verdicts,
             peer,
             once=once,
-            front=len(verdicts) == 1 and n >= 6 and question != "an invariant",
+            front=len(verdicts) == 1 and n >= 6,
         )
 
     return [
