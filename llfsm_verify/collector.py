@@ -1,4 +1,6 @@
-"""Python's garbage collector, paused while trees are built that live on: it would look through them again and again."""
+"""Python's garbage collector, paused: while trees that live on are built, it would look through them again and again;
+while another thread works with Z3, it would free terms of that thread.
+"""
 
 from __future__ import annotations
 

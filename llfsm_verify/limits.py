@@ -49,8 +49,10 @@ class Limits:
     max_steps: int | None = None
     """Steps of an exploration, each choice of values counted."""
 
-    def within(self, seconds: float) -> Limits:
-        """The same with so much of the time."""
+    def within(self, seconds: float | None) -> Limits:
+        """The same with so much of the time (None: as they are)."""
+        if seconds is None:
+            return self
         return replace(self, timeout=seconds, whole=self.timeout if self.whole is None else self.whole)
 
 

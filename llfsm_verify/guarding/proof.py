@@ -52,19 +52,19 @@ def prove(guarded: Guarded, properties: PropertySet, options: Options, engine: s
     # A machine of the pool takes its turn after the monitor, where it matters what it samples.
     own = (*names.monitors, names.switch, *names.rights.substitutes)
     most = tuple(m.name for m in guarded.arrangement.machines if m.name in least or (m.loaded and m.name not in own))
-    proof = _prove(guarded, most, properties, _within(options, budget), engine)
+    proof = _prove(guarded, most, properties, options, engine, budget)
     if most == least or (proof.result is not None and (proof.result.interrupted or _kept(proof.result))):
         return proof
     if proof.result is None:
-        return _prove(guarded, least, properties, _within(options, budget), engine)
+        return _prove(guarded, least, properties, options, engine, budget)
     found, faults = _those(proof.result, Verdict.HOLDS), proof.result.faults
     unsure = faults.verdict is not Verdict.HOLDS
     for commands in (False, True):
         left = replace(properties, properties=tuple(p for p in properties if p.name not in found))
         if not left.goals and not (commands and unsure):
             continue
-        asked = replace(_within(options, budget), faults=commands and unsure)
-        proof = _prove(guarded, least, left, asked, engine, commands=commands)
+        asked = replace(options, faults=commands and unsure)
+        proof = _prove(guarded, least, left, asked, engine, budget, commands=commands)
         if proof.result is None:
             return proof
         found |= _those(proof.result, *(Verdict if commands else [Verdict.VIOLATED]))
@@ -78,11 +78,6 @@ def prove(guarded: Guarded, properties: PropertySet, options: Options, engine: s
     return _with_reasons(
         replace(proof, machines=least, result=replace(proof.result, properties=in_order, faults=faults)), guarded
     )
-
-
-def _within(options: Options, budget: Budget) -> Options:
-    """The same with the time that is left."""
-    return options if budget.left is None else replace(options, limits=options.limits.within(budget.left))
 
 
 def _kept(result: Result) -> bool:
@@ -101,6 +96,7 @@ def _prove(
     properties: PropertySet,
     options: Options,
     engine: str,
+    budget: Budget,
     *,
     commands: bool = True,
 ) -> Proof:
@@ -119,6 +115,7 @@ def _prove(
     except Uncovered as why:
         return Proof(machines, None, None, (str(why),))
     arrangement = resolve(draft)
+    options = replace(options, limits=options.limits.within(budget.left))
     result = verify(arrangement, properties, options, engine)
     return _with_reasons(Proof(machines, arrangement, result, ()), guarded)
 

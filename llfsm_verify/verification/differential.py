@@ -161,7 +161,7 @@ class _Worker:
                 return None
             timeout = 0.0  # somebody has to say so
         memory = (default_memory() if limits.memory is None else limits.memory) // AT_ONCE
-        limits = replace(limits if timeout is None else limits.within(timeout), memory=memory)
+        limits = replace(limits.within(timeout), memory=memory)
         here = replace(self._options, limits=limits, progress=None, tell=None)
         here = here.told(replace(here.of(ExplicitOptions), checkpoint=None))
         return limit_options(self._stage, here, endless=self._endless)

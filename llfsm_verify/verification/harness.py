@@ -298,9 +298,7 @@ class _Check:
 
     def _decided(self, problem: Problem, effort: int) -> Mapping[str, bool | None]:
         """Whether other properties hold, by another session with little work."""
-        limits, left = self._options.limits, self._budget.left
-        limits = limits if left is None else limits.within(left)
-        options = Options(limits, effort=effort, faults=False)
+        options = Options(self._options.limits.within(self._budget.left), effort=effort, faults=False)
         other = _Check(self._name, self._start, problem, options)
         result = other.result(examine=False)
         if result.interrupted:

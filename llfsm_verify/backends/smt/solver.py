@@ -5,12 +5,13 @@ A solver is never interrupted to be asked again: what it finds afterwards would 
 
 from __future__ import annotations
 
-import gc
 import threading
 from collections.abc import Callable
 from typing import TypeVar
 
 import z3
+
+from llfsm_verify.collector import paused_collector
 
 LOOK_SECONDS = 0.1
 """How often the limits are looked at."""
@@ -94,21 +95,17 @@ def wait_for(work: Callable[[], T], context: z3.Context, check: Callable[[], Non
             done.set()
 
     thread = threading.Thread(target=run, daemon=True)
-    collects = gc.isenabled()
-    gc.disable()  # a term that is collected here is one that the other thread works with
-    thread.start()
-    try:
-        while not done.wait(LOOK_SECONDS):
-            check()
-    except BaseException:
-        while not done.wait(LOOK_SECONDS):
-            context.interrupt()
-        # Not all work takes the interrupt back when it ends, as `check` does: later work would be ended by it.
-        z3.Solver(ctx=context).check()
-        raise
-    finally:
-        if collects:
-            gc.enable()
+    with paused_collector():  # a term that is collected here is one that the other thread works with
+        thread.start()
+        try:
+            while not done.wait(LOOK_SECONDS):
+                check()
+        except BaseException:
+            while not done.wait(LOOK_SECONDS):
+                context.interrupt()
+            # Not all work takes the interrupt back when it ends, as `check` does: later work would be ended by it.
+            z3.Solver(ctx=context).check()
+            raise
     if raised:
         raise raised[0]
     return returned[0]

@@ -22,6 +22,7 @@ from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.checking.goals.goal import bad_prefixes_of
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Problem
+from llfsm_verify.engines.explicit.product_search import Projection
 from llfsm_verify.engines.explicit.search import FIRST_LOOK, GROWTH, Reading, Search
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.limits import Budget, LimitReached
@@ -293,15 +294,15 @@ class _Examination:
         names = list(dict.fromkeys((*monitor.atoms, *(name for reading in readings for name in reading.atoms))))
         if len(names) > MOST_ATOMS:
             raise TooManyEdges(f"a property that is not decided by finite runs has more than {MOST_ATOMS} atoms")
-        bits = [[names.index(name) for name in reading.atoms] for reading in readings]
-        own = [names.index(name) for name in monitor.atoms]
+        seen = [Projection([names.index(name) for name in reading.atoms]) for reading in readings]
+        own = Projection([names.index(name) for name in monitor.atoms])
         queue = [(0, (0,) * len(moves))]
         known = set(queue)
         for state, states in queue:
             for letter in range(1 << len(names)):
                 self._budget.tick()
-                target = monitor.step(state, _seen(letter, own))
-                each = [[s for _, s in m(at, _seen(letter, b))] for m, at, b in zip(moves, states, bits, strict=True)]
+                target = monitor.step(state, own(letter))
+                each = [[s for _, s in m(at, p(letter))] for m, at, p in zip(moves, states, seen, strict=True)]
                 for joint in product(*each):
                     found[target].add(joint)
                     if (target, joint) not in known:
@@ -340,11 +341,6 @@ class _Examination:
         if found.fault is not None:
             moves += explorer.fault_witness(found.walk[-1], found.fault)
         return Happening(record, self._after.states(key), tuple(moves), later, found.endless)
-
-
-def _seen(letter: int, bits: Sequence[int]) -> int:
-    """A letter, as one sees it who reads only these bits of it."""
-    return sum(1 << number for number, bit in enumerate(bits) if letter >> bit & 1)
 
 
 def _next(line: Property) -> Property:
