@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -186,8 +185,8 @@ def _samples(
         for part in _parts(entry.variable.name, entry.variable.type)
     ]
     for number, (place, kind) in enumerate(places):
-        value = "" if (first := _values(kind)) == "bool" else f" == {re.split(', |[.][.]', first)[0]}"
-        yield f"bool {own}sees_{number} = {place}{value};"
+        low = kind.values[0] if isinstance(kind, EnumType) else _bounds(kind)[0]
+        yield f"bool {own}sees_{number} = {place}{f' == {low}' if low else ''};"
 
 
 def _writes(arrangement: Arrangement, machine: Machine, read: Collection[str]) -> Iterator[str]:
@@ -227,11 +226,17 @@ def _parts(place: str, kind: Type) -> Iterator[tuple[str, Type]]:
 def _values(kind: Type) -> str:
     if isinstance(kind, EnumType):
         return ", ".join(kind.values)
+    low, high = _bounds(kind)
+    return f"{low}..{high}" if low else "bool"
+
+
+def _bounds(kind: Type) -> tuple[str, str]:
+    """The least and the largest number of a type; empty: it is not one of numbers."""
     low, high = getattr(kind, "low", None), getattr(kind, "high", None)
     if low is None or high is None:
-        return "bool"
+        return "", ""
     digits = digits_of(kind)
-    return f"{decimal_text(low, digits)}..{decimal_text(high, digits)}"
+    return decimal_text(low, digits), decimal_text(high, digits)
 
 
 def _commands(arrangement: Arrangement, machine: Machine, guarded: Sequence[str], own: str) -> Iterator[str]:

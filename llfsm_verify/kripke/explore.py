@@ -44,8 +44,7 @@ class Explorer:
     """Explores one program into a `Graph`, in portions; witnesses of its edges are found again when asked for.
 
     With ``observe: cycle`` the graph's nodes are also the records in the middle of cycles (see `Graph`).
-    `with_edges` False: only configurations are stored, as much as faults and counts need, and the letters that steps
-    show if `with_letters`; `drop_edges` does so from now on. `chains`: configurations with
+    `with_edges` False: only configurations are stored, as much as faults and counts need. `chains`: configurations with
     one step only are passed over, and an edge shows a word of letters; not with ``observe: cycle``.
     """
 
@@ -56,13 +55,12 @@ class Explorer:
         report: Callable[[Graph], None] | None = None,
         *,
         with_edges: bool = True,
-        with_letters: bool | None = None,
         chains: bool = False,
         labels: Labels | None = None,
         roots: Callable[[Layout], Iterable[bytes]] | None = None,
     ) -> None:
-        """`with_letters` None: where there are edges. `labels`: those of the program, which is then explored by classes
-        of inputs. `roots`: records to begin with in place of the initial ones.
+        """`labels`: those of the program, which is then explored by classes of inputs. `roots`: records to begin with
+        in place of the initial ones.
 
         Raises ValueError for chains where whole cycles are observed.
         """
@@ -96,10 +94,7 @@ class Explorer:
             self.graph.stopped = "a property leaves 64-bit arithmetic in an initial configuration"
         self._kernels: Kernels = kernels()
         kept = first if self.first_letters else []
-        lettered = self.graph.with_edges if with_letters is None else with_letters
-        self._tables = Tables(
-            self._native, self.graph, observer, self._kernels, kept, with_chains=chains, with_letters=lettered
-        )
+        self._tables = Tables(self._native, self.graph, observer, self._kernels, kept, with_chains=chains)
         self._chains = self._tables.chains
         self._witnesses = GraphWitnesses(self._native, observer, self.graph, self._chains, labels)
 

@@ -45,7 +45,7 @@ class Tables:
 
     def __init__(
         self, native: NativeProgram, graph: Graph, observer: Observer, compiled: Kernels, roots: Sequence[bytes],
-        *, with_chains: bool, with_letters: bool,
+        *, with_chains: bool,
     ) -> None:  # fmt: skip
         self._native = native
         self._program = native.program
@@ -64,7 +64,7 @@ class Tables:
         self._edge_limit, self._group_slots = FIRST_EDGES, FIRST_GROUP
         self._group = Region(FIRST_GROUP * GROUP_SLOT_BYTES)
         self._context = native.new_context()
-        self.block = self._control_block(len(roots), with_letters=with_letters)
+        self.block = self._control_block(len(roots))
         self.chains: Chains | None = None
         if with_chains:
             from llfsm_verify.kripke.chains import Chains
@@ -75,7 +75,7 @@ class Tables:
         self.place()
         self.read_back()
 
-    def _control_block(self, roots: int, *, with_letters: bool) -> ctypes.Array[ctypes.c_int64]:
+    def _control_block(self, roots: int) -> ctypes.Array[ctypes.c_int64]:
         graph, layout, native, program = self._graph, self._native.layout, self._native, self._program
         outputs, record_words = layout.output_words, layout.words + layout.output_words
         edge_bytes = native.edge_size
@@ -100,7 +100,7 @@ class Tables:
             b.NODES: self.nodes.address, b.LETTERS: self._letters.address,
             b.WORDS: graph.words, b.CONFIGURATION: layout.words, b.RECORD: record_words,
             b.CYCLE_WORD: field.place(0)[0], b.CYCLE_BIT: field.place(0)[1],
-            b.WITH_LETTERS: int(with_letters),
+            b.WITH_LETTERS: int(graph.with_edges),
             b.FRESH: letters, b.LETTER_MASK: letters + 8 * outputs,
             b.LETTER_KEY: letters + 16 * outputs, b.LAST_KEY: letters + 24 * outputs, b.LAST_LABEL: -1,
             b.CONTEXT: ctypes.addressof(self._context), b.CONTEXT_SOURCE: SOURCE,

@@ -13,7 +13,6 @@ import json
 from functools import cache
 from importlib import import_module, resources
 from typing import Any
-from zipfile import ZipFile
 
 from llfsm_verify.backends.native.uninterrupted import whole
 from llfsm_verify.kept import fingerprint
@@ -41,6 +40,8 @@ def origin(module: str) -> list[str]:
 
 def shipped(name: str, module: str) -> str | None:
     """The text of a kernel that came with the package; None: there is none for this installation."""
+    from zipfile import ZipFile
+
     path = resources.files(PACKAGE).joinpath(ARCHIVE)
     if not path.is_file():
         return None

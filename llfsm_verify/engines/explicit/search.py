@@ -157,22 +157,18 @@ class Search:
         """Whether the graph is enough to look for violations of another goal: without edges it is for invariants."""
         return self.graph.with_edges or (excluded is None and goal.is_invariant() and goal.monitor() is not None)
 
-    def drop_edges(self) -> bool:
-        """Store no edges from now on, if the letters alone tell whether the properties hold. Whether that is so."""
-        if self.assumed or self.explorer.program.observe == "cycle":
-            return False
-        if not all(task.goal.is_invariant() for task in self.tasks):
-            return False
+    def drop_edges(self) -> None:
+        """Store no edges from now on, if the letters alone tell whether the properties hold."""
+        invariants = all(task.goal.is_invariant() for task in self.tasks)
+        if self.assumed or not invariants or not self.graph.with_edges or self.explorer.program.observe == "cycle":
+            return
         try:
             for task in self.tasks:
                 self._prepare(task)
         except (LimitReached, AutomatonTooLarge, MemoryError):
-            return False
-        if any(task.monitor is None for task in self.tasks):
-            return False
-        if self.graph.with_edges:
+            return
+        if all(task.monitor is not None for task in self.tasks):
             self.explorer.drop_edges()
-        return True
 
     def violation(self, goal: Goal, excluded: Excluded | None = None) -> Walk | None:
         """A violation of another goal in the graph as it is, that is not excluded; None: there is none in it.
@@ -185,9 +181,9 @@ class Search:
 
         LimitReached, AutomatonTooLarge: that is not known."""
         roots = self.explorer.first_letters
-        monitor, safe = bad_prefixes_of(goal)
         if not self.graph.with_edges:
-            return self._bad_letter(goal, monitor) is not None
+            return self._bad_letter(goal, goal.monitor()) is not None
+        monitor, safe = bad_prefixes_of(goal)
         if monitor is not None:
             project = self._projection(goal.atoms)
             if self.assumed:
