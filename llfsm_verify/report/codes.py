@@ -88,7 +88,7 @@ MENDS = {
     "E436": "Leave out --set and --suspend, or bound the waiting, such as `F[0:100] p`.",
     "E450": _ELSEWHERE,
     "E452": _ELSEWHERE,
-    "E462": _ELSEWHERE.replace("file", "new folder"),
+    "E462": "Name a new folder in a folder that is there and can be written.",
     "E487": _ELSEWHERE,
     "E490": _ELSEWHERE,
     "F001": f"Guard the statement, or declare a wider range. {_SHOWN}",

@@ -176,7 +176,7 @@ def _starving(arrangement: Arrangement, reach: Reach, shower: Shower) -> Iterato
         if found.suspended:
             message = f"machine `{found.machine}` can stay suspended forever: then no run resumes it"
             wanted = "let another machine resume or restart it"
-        hint = f"{wanted} whatever the inputs do; `lint: {{{code}: why}}` accepts it"
+        hint = f"{wanted} for all values of the inputs; `lint: {{{code}: why}}` accepts it"
         yield Finding(code, "warning", message, span, (found.machine,), "run", (), hint, witness)
     for over in passed_over(arrangement, reach):
         process = arrangement.processes[over.process]

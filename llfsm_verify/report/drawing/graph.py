@@ -27,7 +27,7 @@ class Node:
     lines: tuple[str, ...]
     kind: NodeKind
     group: str = ""
-    """Nodes of one non-empty group are drawn inside one frame titled so."""
+    """Nodes of one non-empty group are drawn together under this title, in a frame (in DOT only in an arrangement)."""
     mark: Mark = ""
 
 

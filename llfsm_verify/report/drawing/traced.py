@@ -81,7 +81,7 @@ def run_graph(arrangement: Arrangement, machine: str | None, trace: Trace, about
 
 
 def traced_graph(machines: Sequence[Machine], run: Run, title: str) -> Graph:
-    """These machines with the run drawn on them; several stand in a frame each."""
+    """These machines with the run drawn on them; several are a group each."""
     nodes: list[Node] = []
     edges: list[Edge] = []
     for number, machine in enumerate(machines):
