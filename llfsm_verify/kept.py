@@ -7,11 +7,17 @@ has come to the name of another, counts as missing. Whoever can write in the fol
 from __future__ import annotations
 
 import os
+import sys
+import time
+from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
+from typing import Protocol, TypeVar
 
 from llfsm_verify.files import read_regular, replacing
+from llfsm_verify.packing import pack, unpack
 
 FOLDER = "LLFSM_CACHE"
 """The environment variable that names the folder; else the user's cache folder is taken."""
@@ -19,6 +25,10 @@ LARGEST = 1 << 26
 """Bytes of a file; kernels have some ten thousand."""
 DIGEST = 32
 """Bytes of the check sum at the beginning of a file."""
+MOST_VALUES = 16
+"""Values of one kind that are kept; the one that was computed longest ago goes first."""
+BEGAN = time.time()
+"""When this process imported the first of our modules, or a little later."""
 
 
 def cache_folder() -> Path | None:
@@ -77,6 +87,51 @@ def keep_newest(path: Path, content: bytes, most: int) -> str | None:
             for file in old[most:]:
                 file.unlink()
     return why
+
+
+@cache
+def installation() -> str | None:
+    """A name for everything in this installation that decides what is computed: our modules, and what they build on.
+
+    None: that cannot be said, since there are no sources, or some were written after this process began.
+    """
+    from importlib.metadata import version
+
+    files = sorted(Path(__file__).parent.rglob("*.py"))
+    try:
+        if not files or max(file.stat().st_mtime for file in files) >= BEGAN:
+            return None
+        sources = [file.read_bytes() for file in files]
+    except OSError:
+        return None
+    return fingerprint(sys.version, version("lark"), *(str(file) for file in files), *sources)
+
+
+class Keepable(Protocol):
+    """A value that can know under which name it is kept: a frozen data class, whose copies do not take the name over
+    (`init=False`)."""
+
+    @property
+    def kept_as(self) -> str | None: ...
+
+
+K = TypeVar("K", bound=Keepable)
+
+
+def kept_or_computed(kind: str, name: str, known: Sequence[object], compute: Callable[[], K]) -> K:
+    """The value that an earlier run has kept under the kind and name, else what `compute` gives, which is then kept.
+
+    The name says everything that the value depends on, `known` included: objects of this run that are parts of it.
+    """
+    folder = cache_folder()
+    path = None if folder is None else folder / f"{kind}-{name}.pickle"
+    data = kept(path)
+    value: K = compute() if data is None else unpack(data, known)
+    if data is None and path is not None:
+        with suppress(RecursionError):  # nested too deeply for a pickle: computed in each run
+            keep_newest(path, pack(value, known), MOST_VALUES)
+    object.__setattr__(value, "kept_as", name)
+    return value
 
 
 def _check_sum(path: Path, content: bytes) -> bytes:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Literal
 
@@ -235,6 +235,8 @@ class Arrangement:
     """Who may do what; None: everybody everything."""
     declared_types: tuple[DeclaredType, ...] = ()
     """The names in `types`, and where they stand in declarations."""
+    kept_as: str | None = field(default=None, init=False, compare=False, repr=False)
+    """The name under which it is kept for later runs; a copy with other parts has none."""
 
     @property
     def operated(self) -> tuple[Operator, ...]:

@@ -367,3 +367,5 @@ class Program:
     """The places where a machine is refused what it may not do."""
     period: Fraction | None = None
     """Milliseconds of logical time that a cycle takes; None: the arrangement is untimed, or nobody has said so."""
+    kept_as: str | None = field(default=None, init=False, compare=False, repr=False)
+    """The name under which it is kept for later runs; a copy with other parts has none."""

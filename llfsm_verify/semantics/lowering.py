@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.collector import paused_collector
+from llfsm_verify.kept import fingerprint, kept_or_computed
+from llfsm_verify.packing import pack
 from llfsm_verify.program.program import BOOL, Block, If, Int, Origin, Program, Var
 from llfsm_verify.program.terms import get
 from llfsm_verify.semantics.canonical import canonical_start
@@ -57,8 +59,26 @@ def lower(
     `keep_all_bits` leaves out the canonical blocks, so entered flags and clocks that no longer matter stay visible.
     With `probes` the steps also set outputs, which their owner declares (`semantics.probes.probed`). With `parts` they
     also tell the values of the parts of guards, by events.
+    That of a kept arrangement is kept as well, unless it has probes or parts.
     Raises DiagnosticError where the arrangement asks for something that has no meaning (E19x).
     """
+    compute = partial(_lowered, arrangement, atoms, keep_all_bits=keep_all_bits, probes=probes, parts=parts)
+    if arrangement.kept_as is None or probes is not None or parts is not None:
+        return compute()
+    places = (arrangement.span, *(machine.span for machine in arrangement.texts))
+    sources = tuple({id(place.source): place.source for place in places}.values())
+    name = fingerprint(arrangement.kept_as, str(keep_all_bits), pack(tuple(atoms), sources))
+    return kept_or_computed("lowered", name, sources, compute)
+
+
+def _lowered(
+    arrangement: Arrangement,
+    atoms: Sequence[Observed],
+    *,
+    keep_all_bits: bool,
+    probes: Probes | None,
+    parts: Parts | None,
+) -> Program:
     context = Context(arrangement, keep_all_bits, probes=probes, parts=parts)
     declare(context)
     context.mentioned = mentioned_inputs(context, atoms)

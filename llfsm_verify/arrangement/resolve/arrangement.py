@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import Literal, cast
 
 from llfsm_verify.arrangement.draft import (
@@ -32,10 +34,14 @@ from llfsm_verify.arrangement.resolve.whiteboard import resolve_whiteboard
 from llfsm_verify.arrangement.suppressions import resolve_suppressions
 from llfsm_verify.collector import paused_collector
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.kept import fingerprint, installation, kept_or_computed
 from llfsm_verify.language.scope import Scope, enumerators_of
 from llfsm_verify.language.types import EnumType
+from llfsm_verify.packing import pack
 
 MAX_DIAGNOSTICS = 50
+WORTH_KEEPING = 50_000
+"""Characters of actions, those of each instance counted, from which an arrangement is kept: about 0.2 s of work."""
 _TAKEN = f"`{ENVIRONMENT}` is what properties call the model of the surroundings"
 
 
@@ -45,8 +51,34 @@ def resolve(draft: Draft, *, integer_guards: bool = False) -> Arrangement:
 
     With `integer_guards` an integer where a condition is expected is read as `!= 0`, as in C. Raises DiagnosticError
     with everything found wrong, by the reader and here, sorted by place, at most 50 diagnostics. ValueError: a part is
-    `Unreadable`, and no error says why, which is a mistake of the reader.
+    `Unreadable`, and no error says why, which is a mistake of the reader. That of a large draft is kept for later runs
+    (docs/decisions/0055-large-arrangements.md).
     """
+    name = _kept_as(draft, integer_guards=integer_guards)
+    if name is None:
+        return _resolved(draft, integer_guards=integer_guards)
+    compute = partial(_resolved, draft, integer_guards=integer_guards)
+    return kept_or_computed("arrangement", name, draft.sources, compute)
+
+
+def _kept_as(draft: Draft, *, integer_guards: bool) -> str | None:
+    """A name for everything that decides what the arrangement is; None: it is not worth keeping, or cannot be named."""
+    if isinstance(draft.arrangement, Unreadable) or isinstance(draft.arrangement.machines, Unreadable):
+        return None
+    machines = (i.machine for i in draft.arrangement.machines if isinstance(i.machine, MachineDraft))
+    states = (state for m in machines if not isinstance(m.states, Unreadable) for state in m.states)
+    if sum(len(action.text) for state in states for action in state.actions.values()) < WORTH_KEEPING:
+        return None
+    installed = installation()
+    if installed is None:
+        return None
+    texts = (part for source in draft.sources for part in (source.name, source.text))
+    with suppress(RecursionError):
+        return fingerprint(installed, str(integer_guards), pack(draft, draft.sources), *texts)
+    return None
+
+
+def _resolved(draft: Draft, *, integer_guards: bool) -> Arrangement:
     report = Report()
     report.diagnostics += draft.diagnostics
     arrangement = None

@@ -177,13 +177,23 @@ class NativeProgram:
     def _code(self) -> MachineCode:
         if self._compiled is None:
             with stage(COMPILING):
-                self._compiled = MachineCode(self.text, self._effort or "quick")
+                self._compiled = self._machine_code(self._effort or "quick")
         return self._compiled
+
+    def _machine_code(self, effort: Effort) -> MachineCode:
+        kept_as = self.program.kept_as
+        name = None if kept_as is None else f"{kept_as} {' '.join(sorted(self.events))}"
+        return MachineCode(lambda: self.text, effort, name)
 
     @property
     def effort(self) -> Effort:
         """What the machine code in use was compiled for."""
         return self._code.effort
+
+    @property
+    def lines(self) -> int:
+        """How many lines the LLVM module has before optimisation."""
+        return self._code.lines
 
     def compile(self) -> None:
         """Compile now; else the first use does."""
@@ -196,7 +206,7 @@ class NativeProgram:
         if self._effort is None and code.effort == "quick" and code.lines <= FULL_EFFORT_LINES:
             if self._spent > max(PATIENCE, code.lines * SECONDS_A_LINE["full"]):
                 with stage(COMPILING):
-                    self._compiled = MachineCode(self.text, "full")
+                    self._compiled = self._machine_code("full")
 
     @property
     def expand_address(self) -> int:

@@ -18,6 +18,8 @@ SECONDS_A_LINE: dict[Effort, float] = {"quick": 3.5e-6, "full": 50e-6}
 """About what a line of LLVM text costs to compile (2 GHz, LLVM 22)."""
 WORTH_KEEPING = 0.1
 """Seconds from which machine code is kept: small modules are compiled faster than many files are looked after."""
+COUNT = 8
+"""Bytes before kept machine code that count the lines of its text."""
 MOST_KEPT = 32
 """Modules whose machine code is kept; the one that was compiled longest ago goes first."""
 
@@ -29,16 +31,27 @@ class MachineCode:
     """
 
     @whole
-    def __init__(self, text: str, effort: Effort) -> None:
+    def __init__(self, text: Callable[[], str], effort: Effort, name: str | None = None) -> None:
+        """`text` writes the module. `name`: says all that decides what it writes, so that code kept under it can be
+        loaded without the text; None: nothing shorter than the text does."""
         import llvmlite.binding as llvm
 
         self.effort = effort
-        self.lines = text.count("\n")
         llvm.initialize_native_target()
         llvm.initialize_native_asmprinter()
-        path = _path(text, effort) if self.lines * SECONDS_A_LINE[effort] >= WORTH_KEEPING else None
-        code = kept(path)
-        self._engine = _compiled(text, effort, path) if code is None else _loaded(code, effort)
+        path, module = None if name is None else _path(name, effort), ""
+        found = kept(path)
+        if found is None:
+            module = text()
+            self.lines = module.count("\n")
+            if path is None and self.lines * SECONDS_A_LINE[effort] >= WORTH_KEEPING:
+                path = _path(module, effort)
+                found = kept(path)
+        if found is None:
+            self._engine = _compiled(module, effort, path)
+        else:
+            self.lines = int.from_bytes(found[:COUNT], "little")
+            self._engine = _loaded(found[COUNT:], effort)
         i32, i64, pointer = ctypes.c_int32, ctypes.c_int64, ctypes.c_void_p
         address = self._engine.get_function_address
         self.step: Callable[..., int] = ctypes.CFUNCTYPE(i32, pointer, pointer, i64)(address("step"))
@@ -76,7 +89,8 @@ def _compiled(text: str, effort: Effort, path: Path | None) -> Any:
     made: list[bytes] = []
     engine.set_object_cache(lambda _, code: made.append(code))
     engine.finalize_object()
-    keep_newest(path, made[-1], MOST_KEPT)  # where that fails, it is compiled in each run
+    lines = text.count("\n").to_bytes(COUNT, "little")
+    keep_newest(path, lines + made[-1], MOST_KEPT)  # where that fails, it is compiled in each run
     return engine
 
 
@@ -90,10 +104,11 @@ def _loaded(code: bytes, effort: Effort) -> Any:
     return engine
 
 
-def _path(text: str, effort: Effort) -> Path | None:
-    """The file for the machine code of a module, named after everything that decides it."""
+def _path(origin: str, effort: Effort) -> Path | None:
+    """The file for the machine code of a module, named after everything that decides it: its text or what decides that,
+    and the compiler."""
     folder = cache_folder()
-    return None if folder is None else folder / f"program-{fingerprint(text, effort, *_compiler())}.o"
+    return None if folder is None else folder / f"program-{fingerprint(origin, effort, *_compiler())}.o"
 
 
 @cache
