@@ -20,13 +20,16 @@ Reducer = Callable[[Any], "str | tuple[Any, ...]"]
 _known: ContextVar[Sequence[object]] = ContextVar("known")
 
 
-def pack(value: object, known: Sequence[object] = ()) -> bytes:
+def pack(value: object, known: Sequence[object] = (), *, shared: bool = True) -> bytes:
     """The value, in which an object of `known` is only its number; equal bytes mean equal values.
 
-    Raises RecursionError for a value that is nested too deeply.
+    With `shared`, parts that are one object are one object again. Without it a part is written wherever it stands, so
+    that the bytes do not depend on which equal parts are one object. Raises RecursionError for a value that is nested
+    too deeply.
     """
     written = BytesIO()
     packer = pickle.Pickler(written, PROTOCOL)
+    packer.fast = not shared
     packer.dispatch_table = _Reducers(known)
     packer.dump(value)
     return written.getvalue()
@@ -63,6 +66,10 @@ class _Reducers(dict[type, Reducer]):
         if not is_dataclass(kind) or "__reduce__" in vars(kind):
             raise KeyError(kind)  # pickle takes it apart in its own way
         names = [field.name for field in fields(kind) if field.init]
-        parts = attrgetter(*names) if len(names) > 1 else lambda value: tuple(getattr(value, n) for n in names)
-        reducer = self[kind] = lambda value: (kind, parts(value))
-        return reducer
+        several = attrgetter(*names) if len(names) > 1 else None
+
+        def taken_apart(value: object) -> tuple[Any, ...]:
+            return kind, tuple(getattr(value, name) for name in names) if several is None else several(value)
+
+        self[kind] = taken_apart
+        return taken_apart

@@ -65,9 +65,12 @@ def lower(
     compute = partial(_lowered, arrangement, atoms, keep_all_bits=keep_all_bits, probes=probes, parts=parts)
     if arrangement.kept_as is None or probes is not None or parts is not None:
         return compute()
-    places = (arrangement.span, *(machine.span for machine in arrangement.texts))
+    places = [arrangement.span, *(state.span for machine in arrangement.texts for state in machine.states)]
+    places += [a.expression.span for a in atoms if not isinstance(a.expression, TimePasses)]
     sources = tuple({id(place.source): place.source for place in places}.values())
-    name = fingerprint(arrangement.kept_as, str(keep_all_bits), pack(tuple(atoms), sources))
+    texts = (part for source in sources for part in (source.name, source.text))
+    packed = pack(tuple(atoms), sources, shared=False)
+    name = fingerprint(arrangement.kept_as, str(keep_all_bits), packed, *texts)
     return kept_or_computed("lowered", name, sources, compute)
 
 

@@ -33,7 +33,7 @@ from llfsm_verify.arrangement.resolve.type_table import TypeTable
 from llfsm_verify.arrangement.resolve.whiteboard import resolve_whiteboard
 from llfsm_verify.arrangement.suppressions import resolve_suppressions
 from llfsm_verify.collector import paused_collector
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.kept import fingerprint, installation, kept_or_computed
 from llfsm_verify.language.scope import Scope, enumerators_of
 from llfsm_verify.language.types import EnumType
@@ -70,8 +70,8 @@ def _kept_as(draft: Draft, *, integer_guards: bool) -> str | None:
     if sum(len(action.text) for state in states for action in state.actions.values()) < WORTH_KEEPING:
         return None
     installed = installation()
-    if installed is None:
-        return None
+    if installed is None or any(type(source) is not Source for source in draft.sources):
+        return None  # the places in Python data are not in its text
     texts = (part for source in draft.sources for part in (source.name, source.text))
     with suppress(RecursionError):
         return fingerprint(installed, str(integer_guards), pack(draft, draft.sources), *texts)

@@ -56,7 +56,7 @@ define i64 @expand(ptr %r, i64 %n, ptr %b, i64 %e, ptr %c) {{ ret i64 0 }}
 
 
 def step(value: int, effort: Effort = "quick") -> int:
-    code = machine_code.MachineCode(TEXT.format(value=value), effort)  # the code lives as long as this object
+    code = machine_code.MachineCode(lambda: TEXT.format(value=value), effort)  # the code lives as long as this object
     return code.step(0, 0, 0)
 
 
@@ -81,6 +81,15 @@ def test_machine_code_is_named_after_all_that_decides_it(cache: Path, monkeypatc
         monkeypatch.setattr(machine_code, "_compiler", lambda i=i: (*about[:i], "another", *about[i + 1 :]))
         names.add(machine_code._path("a", "quick"))
     assert len(names) == 3 + len(about)
+
+
+def test_code_kept_under_a_name_is_loaded_without_its_text(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = machine_code.MachineCode(lambda: TEXT.format(value=3), "quick", "three")
+    found = machine_code.MachineCode(lambda: pytest.fail("written again"), "quick", "three")
+    assert (found.step(0, 0, 0), found.lines) == (3, made.lines) == (3, TEXT.count("\n"))
+    for name, effort in (("four", "quick"), ("three", "full")):
+        other = machine_code.MachineCode(lambda: TEXT.format(value=4), effort, name)
+        assert other.step(0, 0, 0) == 4
 
 
 def test_the_newest_are_left(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
