@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Protocol, TypeVar
 
 from llfsm_verify.files import read_regular, replacing
-from llfsm_verify.packing import pack, unpack
+from llfsm_verify.packing import PackingError, pack, unpack
 
 FOLDER = "LLFSM_CACHE"
 """The environment variable that names the folder; else the user's cache folder is taken."""
@@ -128,7 +128,7 @@ def kept_or_computed(kind: str, name: str, known: Sequence[object], compute: Cal
     data = kept(path)
     value: K = compute() if data is None else unpack(data, known)
     if data is None and path is not None:
-        with suppress(RecursionError):  # nested too deeply for a pickle: computed in each run
+        with suppress(PackingError):  # computed in each run
             keep_newest(path, pack(value, known), MOST_VALUES)
     object.__setattr__(value, "kept_as", name)
     return value

@@ -20,18 +20,24 @@ Reducer = Callable[[Any], "str | tuple[Any, ...]"]
 _known: ContextVar[Sequence[object]] = ContextVar("known")
 
 
+class PackingError(ValueError):
+    """A value is nested too deeply, or has parts that pickles cannot have."""
+
+
 def pack(value: object, known: Sequence[object] = (), *, shared: bool = True) -> bytes:
     """The value, in which an object of `known` is only its number; equal bytes mean equal values.
 
     With `shared`, parts that are one object are one object again. Without it a part is written wherever it stands, so
-    that the bytes do not depend on which equal parts are one object. Raises RecursionError for a value that is nested
-    too deeply.
+    that the bytes do not depend on which equal parts are one object. Raises PackingError.
     """
     written = BytesIO()
     packer = pickle.Pickler(written, PROTOCOL)
     packer.fast = not shared
     packer.dispatch_table = _Reducers(known)
-    packer.dump(value)
+    try:
+        packer.dump(value)
+    except (RecursionError, TypeError, AttributeError, pickle.PicklingError) as error:
+        raise PackingError(str(error)) from error
     return written.getvalue()
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.collector import paused_collector
 from llfsm_verify.kept import fingerprint, kept_or_computed
-from llfsm_verify.packing import pack
+from llfsm_verify.packing import PackingError, pack
 from llfsm_verify.program.program import BOOL, Block, If, Int, Origin, Program, Var
 from llfsm_verify.program.terms import get
 from llfsm_verify.semantics.canonical import canonical_start
@@ -69,7 +69,10 @@ def lower(
     places += [a.expression.span for a in atoms if not isinstance(a.expression, TimePasses)]
     sources = tuple({id(place.source): place.source for place in places}.values())
     texts = (part for source in sources for part in (source.name, source.text))
-    packed = pack(tuple(atoms), sources, shared=False)
+    try:
+        packed = pack(tuple(atoms), sources, shared=False)
+    except PackingError:
+        return compute()  # an atom is nested too deeply
     name = fingerprint(arrangement.kept_as, str(keep_all_bits), packed, *texts)
     return kept_or_computed("lowered", name, sources, compute)
 

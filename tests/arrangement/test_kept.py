@@ -21,6 +21,7 @@ from llfsm_verify.backends.native import machine_code
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
 from llfsm_verify.language.atoms import PropertyScope, check_atom
+from llfsm_verify.packing import PackingError
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics import lowering
 from llfsm_verify.semantics.letters import Observed
@@ -149,6 +150,21 @@ def test_mistakes_are_found_again(cache: Path) -> None:
         with pytest.raises(DiagnosticError, match="E"):
             load_arrangement_text(TEXT.replace("to: A", "to: C"))
     assert files(cache, "arrangement") == []
+
+
+def test_what_is_nested_too_deeply_is_computed(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    arrangement = load_arrangement_text(TEXT)
+
+    def refuse(*_: object, **__: object) -> bytes:
+        raise PackingError
+
+    monkeypatch.setattr(lowering, "pack", refuse)
+    assert lower(arrangement).kept_as is None
+    monkeypatch.setattr(kept, "pack", refuse)
+    assert load_arrangement_text(TEXT + "\n").kept_as is not None
+    monkeypatch.setattr(resolver, "pack", refuse)
+    assert load_arrangement_text(TEXT + "\n").kept_as is None
+    assert len(files(cache, "arrangement")) == 1
 
 
 def test_damaged_files_are_made_again(cache: Path) -> None:

@@ -37,7 +37,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.kept import fingerprint, installation, kept_or_computed
 from llfsm_verify.language.scope import Scope, enumerators_of
 from llfsm_verify.language.types import EnumType
-from llfsm_verify.packing import pack
+from llfsm_verify.packing import PackingError, pack
 
 MAX_DIAGNOSTICS = 50
 WORTH_KEEPING = 50_000
@@ -73,7 +73,7 @@ def _kept_as(draft: Draft, *, integer_guards: bool) -> str | None:
     if installed is None or any(type(source) is not Source for source in draft.sources):
         return None  # the places in Python data are not in its text
     texts = (part for source in draft.sources for part in (source.name, source.text))
-    with suppress(RecursionError):
+    with suppress(PackingError):  # a reader's own parts
         return fingerprint(installed, str(integer_guards), pack(draft, draft.sources), *texts)
     return None
 
