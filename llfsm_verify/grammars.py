@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypedDict, cast
 
-from llfsm_verify.kept import cache_folder, fingerprint, keep, kept
+from llfsm_verify.kept import fingerprint, keep, kept, place
 
 if TYPE_CHECKING:
     from lark.grammar import Rule
@@ -186,11 +186,11 @@ def parser_of(package: str, builder: object, starts: Sequence[str]) -> Parser:
 
 def _path(package: str, grammar: str, starts: Sequence[str]) -> Path | None:
     """The file for the tables, named after everything that decides them: lark's first file says its version."""
-    folder, lark = cache_folder(), find_spec("lark")
-    if folder is None or lark is None or lark.origin is None:
+    lark = find_spec("lark")
+    if lark is None or lark.origin is None:
         return None
     ours = resources.files("llfsm_verify").joinpath("grammars.py").read_bytes()
-    return folder / f"grammar-{fingerprint(package, grammar, *starts, ours, Path(lark.origin).read_bytes())}.tables"
+    return place(f"grammar-{fingerprint(package, grammar, *starts, ours, Path(lark.origin).read_bytes())}.tables")
 
 
 def _computed(grammar: str, starts: Sequence[str]) -> _Tables:

@@ -44,6 +44,12 @@ def cache_folder() -> Path | None:
         return None
 
 
+def place(name: str) -> Path | None:
+    """The file of that name in the folder; None: there is no folder."""
+    folder = cache_folder()
+    return None if folder is None else folder / name
+
+
 def fingerprint(*parts: bytes | str) -> str:
     """A name for everything that decides what a file holds."""
     told = (part.encode() if isinstance(part, str) else part for part in parts)
@@ -123,8 +129,7 @@ def kept_or_computed(kind: str, name: str, known: Sequence[object], compute: Cal
 
     The name says everything that the value depends on, `known` included: objects of this run that are parts of it.
     """
-    folder = cache_folder()
-    path = None if folder is None else folder / f"{kind}-{name}.pickle"
+    path = place(f"{kind}-{name}.pickle")
     data = kept(path)
     value: K = compute() if data is None else unpack(data, known)
     if data is None and path is not None:

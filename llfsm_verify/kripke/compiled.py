@@ -14,7 +14,7 @@ from importlib import resources
 from typing import Any
 
 from llfsm_verify.backends.native.uninterrupted import whole
-from llfsm_verify.kept import FOLDER, cache_folder, fingerprint, keep, kept
+from llfsm_verify.kept import FOLDER, fingerprint, keep, kept, place
 from llfsm_verify.kripke.kernels.entries import MODULES
 from llfsm_verify.kripke.texts import PREFIX, shipped, sources, translated
 from llfsm_verify.stages import stage
@@ -56,8 +56,7 @@ class Kernels:
     @stage("loading the search kernels")
     def _load(self, name: str) -> _Loaded:
         module = MODULES[name]
-        folder = cache_folder()
-        path = None if folder is None else folder / f"{name}-{_fingerprint(module)}.o"
+        path = place(f"{name}-{_fingerprint(module)}.o")
         code = kept(path)
         if code is None:
             code = _object_file(shipped(name, module) or self._translated(name, module))

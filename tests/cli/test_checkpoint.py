@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.ring import ring
-from llfsm_verify.kripke.compiled import cache_folder
+from llfsm_verify.kept import cache_folder
 from tests.cli.running import LIGHTS, llfsm, llfsm_process
 
 

@@ -111,6 +111,7 @@ def bare(monkeypatch, tmp_path):
     programs.mkdir()
     monkeypatch.setenv("PATH", str(programs))
     monkeypatch.setattr(oracles, "SERVERS", str(programs))
+    monkeypatch.setattr(oracles, "SYSTEM", str(programs))
     monkeypatch.setenv("LLFSM_ORACLES", str(built))
     return programs, built
 
@@ -145,10 +146,10 @@ def test_the_folder_is_outside_the_project(monkeypatch, tmp_path):
 def test_without_anything_it_says_what_is_missing(bare, capsys):
     oracles.main([])
     said = capsys.readouterr().out
+    rospy = "python3-rospy python3-rosmaster python3-std-msgs"
     assert (
         "spin           missing: there is no apt-get here; install with" in said
-        and "apt-get install spin mosquitto " in said
-        and " gcc g++ make flex bison patch" in said
+        and f"apt-get install spin mosquitto {rospy} gcc" in said
     )
     assert "nusmv          missing: building it takes gcc, g++, make, flex, bison, patch" in said
     named = said.rpartition("LLFSM_REQUIRE_ORACLES=")[2].strip()

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from llfsm_verify.backends.native.uninterrupted import whole
-from llfsm_verify.kept import cache_folder, fingerprint, keep_newest, kept
+from llfsm_verify.kept import fingerprint, keep_newest, kept, place
 
 Effort = Literal["quick", "full"]
 
@@ -107,8 +107,7 @@ def _loaded(code: bytes, effort: Effort) -> Any:
 def _path(origin: str, effort: Effort) -> Path | None:
     """The file for the machine code of a module, named after everything that decides it: its text or what decides that,
     and the compiler."""
-    folder = cache_folder()
-    return None if folder is None else folder / f"program-{fingerprint(origin, effort, *_compiler())}.o"
+    return place(f"program-{fingerprint(origin, effort, *_compiler())}.o")
 
 
 @cache
