@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import BinaryIO
 
+from llfsm_verify import interrupts
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.verdict import Options, Result
 
@@ -67,7 +68,7 @@ def main() -> None:
     """Read a job, do it, write the answer; ends this process."""
     said, sys.stdout = sys.stdout.buffer, sys.stderr  # nothing that is printed may get into the answer
     try:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        interrupts.serve()
         answer = _answered(sys.stdin.buffer)
     except KeyboardInterrupt:
         os._exit(INTERRUPTED)

@@ -67,40 +67,99 @@ def test_a_program_that_calls_us_keeps_its_own_handler():
     assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_an_interrupt_while_an_argument_is_converted_comes_as_itself():
-    """Ctypes makes `ArgumentError` of it, an internal error to us."""
-    script = (
-        "import ctypes, os, signal, time\n"
-        "from llfsm_verify.cli.io import interrupt\n"
-        "interrupt.serve()\n"
-        "class Argument:\n"
-        "    @classmethod\n"
-        "    def from_param(cls, value):\n"
-        "        os.kill(os.getpid(), signal.SIGINT)\n"
-        "        return ctypes.c_int(value)\n"
-        "call = ctypes.CDLL(None).abs\n"
-        "call.argtypes = [Argument]\n"
-        "try:\n"
-        "    assert call(-3) == 3\n"
-        "    while True:\n"
-        "        time.sleep(1)\n"
-        "except KeyboardInterrupt:\n"
-        "    print('as itself')\n"
-    )
+PRESSED_ONCE = """
+import ctypes, os, signal, threading, time, weakref
+from llfsm_verify.cli.io import interrupt
+interrupt.serve()
+
+def press():
+    os.kill(os.getpid(), signal.SIGINT)
+    for _ in range(1000):
+        pass
+    print("went on", end=", ")
+
+class Argument:
+    @classmethod
+    def from_param(cls, value):
+        press()
+        return ctypes.c_int(value)
+
+class Destroyed:
+    def __del__(self):
+        press()
+
+class Constructed:
+    def __init__(self):
+        press()
+        self.whole = True
+    def __del__(self):
+        assert self.whole
+
+class Collected:
+    pass
+
+class Pressing:
+    def __init__(self):
+        self.lock = threading.Lock()
+        self.acquire, self.release = self.lock.acquire, self.lock.release
+    def __enter__(self):
+        self.acquire()
+        press()
+    def __exit__(self, *_):
+        self.release()
+
+def convert():
+    call = ctypes.CDLL(None).abs
+    call.argtypes = [Argument]
+    assert call(-3) == 3
+
+def destroy():
+    Destroyed()
+
+def construct():
+    Constructed()
+
+def lock():
+    pressing = Pressing()
+    try:
+        with threading.Condition(pressing):
+            time.sleep(1)
+    finally:
+        assert pressing.acquire(blocking=False)
+
+def forget():
+    collected = Collected()
+    weakref.finalize(collected, press)
+
+try:
+    DO()
+    while True:
+        time.sleep(1)
+except KeyboardInterrupt:
+    print("as itself")
+"""
+
+
+@pytest.mark.parametrize("what", ["convert", "destroy", "construct", "lock", "forget"])
+def test_an_interrupt_waits_where_it_would_be_lost_or_break_something(what: str):
+    """Ctypes makes `ArgumentError` of it, Python forgets it, a destructor misses an attribute, a lock stays taken."""
+    script = PRESSED_ONCE.replace("DO", what)
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout, done.stderr) == (0, "as itself\n", "")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "went on, as itself\n", "")
 
 
-def test_an_interrupt_in_a_destructor_is_not_swallowed():
+def test_an_interrupt_in_a_callback_is_not_swallowed():
+    """Nothing shows that this one would be forgotten."""
     script = (
-        "import os, signal\n"
+        "import os, signal, weakref\n"
         "from llfsm_verify.cli.io import interrupt\n"
         "interrupt.serve()\n"
-        "class Held:\n"
-        "    def __del__(self):\n"
-        "        os.kill(os.getpid(), signal.SIGINT)\n"
-        "        for _ in range(1000): pass\n"
+        "class Held: pass\n"
+        "def press(_):\n"
+        "    os.kill(os.getpid(), signal.SIGINT)\n"
+        "    for _ in range(1000): pass\n"
         "held = Held()\n"
+        "told = weakref.ref(held, press)\n"
         "del held\n"
         "print('went on')\n"
     )

@@ -5,8 +5,9 @@ A solver is never interrupted to be asked again: what it finds afterwards would 
 
 from __future__ import annotations
 
-import threading
+from _thread import allocate_lock, start_new_thread
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TypeVar
 
 import z3
@@ -83,26 +84,37 @@ def wait_for(work: Callable[[], T], context: z3.Context, check: Callable[[], Non
     What `check` raises, and KeyboardInterrupt, end it.
     """
     returned: list[T] = []
-    raised: list[Exception] = []
-    done = threading.Event()  # Ctrl-C in Thread.join makes Python 3.11 take a thread for ended that is not
+    raised: list[BaseException] = []
+    begun: list[bool] = []
+    # Ctrl-C in `threading` may leave a lock of its own taken, for which the other thread then waits forever.
+    begin, done = allocate_lock(), allocate_lock()
+    begin.acquire()
+    done.acquire()
 
     def run() -> None:
+        begin.acquire()
+        if not begun:
+            return
         try:
             returned.append(work())
-        except Exception as problem:  # noqa: BLE001 - it is raised again by who waits
+        except BaseException as problem:  # noqa: BLE001 - it is raised again by who waits
             raised.append(problem)
-        finally:
-            done.set()
+        done.release()
 
-    thread = threading.Thread(target=run, daemon=True)
     with paused_collector():  # a term that is collected here is one that the other thread works with
-        thread.start()
         try:
-            while not done.wait(LOOK_SECONDS):
-                check()
+            start_new_thread(run, ())
+            begun.append(True)
+            begin.release()
+            while not (returned or raised):
+                if not done.acquire(timeout=LOOK_SECONDS):
+                    check()
         except BaseException:
-            while not done.wait(LOOK_SECONDS):
-                context.interrupt()
+            with suppress(RuntimeError):  # it has been released
+                begin.release()
+            while begun and not (returned or raised):
+                if not done.acquire(timeout=LOOK_SECONDS):
+                    context.interrupt()
             # Not all work takes the interrupt back when it ends, as `check` does: later work would be ended by it.
             z3.Solver(ctx=context).check()
             raise

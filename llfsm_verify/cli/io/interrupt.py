@@ -5,23 +5,20 @@ from __future__ import annotations
 import os
 import signal
 import sys
-import threading
 from types import FrameType
 
+from llfsm_verify import interrupts
+
 INTERRUPTED = 130
-CONVERTING = "from_param"
-"""Python code that ctypes has convert an argument: an exception comes out of it as another one, so Ctrl-C waits."""
-SOON = 0.005
-"""Seconds after which it is tried again."""
 SHOW_CURSOR = b"\x1b[?25h"
 
 
 def serve() -> None:
     """From now on Ctrl-C raises KeyboardInterrupt, or ends the process where that would go wrong.
 
-    Raised while a module is imported it comes out as another error, or leaves a module half made for the next import;
-    raised in a destructor it is printed with its traceback and forgotten. In both cases there is no result yet. Where
-    the caller has Ctrl-C ignored (a command in the background of a shell), it stays ignored.
+    Raised while a module is imported it comes out as another error, or leaves a module half made for the next import:
+    there is no result yet. Elsewhere it waits where it must (`interrupts`). Where the caller has Ctrl-C ignored (a
+    command in the background of a shell), it stays ignored.
     """
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
@@ -34,17 +31,13 @@ def finish() -> None:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _interrupt(_: int, frame: FrameType | None) -> None:
-    while frame is not None:
-        if frame.f_code.co_filename.startswith("<frozen importlib"):
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    caller = frame
+    while caller is not None:
+        if caller.f_code.co_filename.startswith("<frozen importlib"):
             _leave()
-        if frame.f_code.co_name == CONVERTING:
-            again = threading.Timer(SOON, os.kill, (os.getpid(), signal.SIGINT))
-            again.daemon = True
-            again.start()
-            return
-        frame = frame.f_back
-    raise KeyboardInterrupt
+        caller = caller.f_back
+    interrupts.interrupt(number, frame)
 
 
 def _unraisable(unraisable: sys.UnraisableHookArgs) -> None:

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import signal
 import threading
-import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from llfsm_verify.interrupts import SOON, waits
 from llfsm_verify.limits import Budget, Limits
-
-SOON = 0.005
-"""Seconds until it is tried again to raise what would have been lost."""
 
 
 class Overdue(BaseException):
@@ -45,7 +42,7 @@ def _alarm(timer: int, number: signal.Signals, seconds: float, error: BaseExcept
         return
 
     def ring(_number: int, frame: FrameType | None) -> None:
-        if _is_lost_in(frame):
+        if waits(frame):
             signal.setitimer(timer, SOON, 1.0)
         else:
             raised.append(error)
@@ -58,16 +55,6 @@ def _alarm(timer: int, number: signal.Signals, seconds: float, error: BaseExcept
     finally:
         signal.setitimer(timer, 0)
         signal.signal(number, before)
-
-
-def _is_lost_in(frame: FrameType | None) -> bool:
-    """Whether an exception raised here is lost, or comes out as another one: in a destructor, where something is told
-    that an object is gone, and where ctypes has Python code convert an argument."""
-    while frame is not None:
-        if frame.f_code.co_name in ("__del__", "from_param") or frame.f_code.co_filename == weakref.__file__:
-            return True
-        frame = frame.f_back
-    return False
 
 
 class StoppingBudget(Budget):

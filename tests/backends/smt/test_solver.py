@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import faulthandler
+import sys
+import threading
+import time
 from collections.abc import Callable
+from types import FrameType
 
 import pytest
 import z3
@@ -38,6 +43,62 @@ def test_a_context_whose_work_was_ended_can_be_asked_again(
     solver = z3.Solver(ctx=context)
     solver.add(z3.UGT(word, 3))
     assert (solver.check(word == 4), solver.check(word == 2)) == (z3.sat, z3.unsat)
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.02], ids=["quick", "slow"])
+def test_ctrl_c_at_any_instruction_ends_the_wait_and_the_work(seconds: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It ends work that has begun before it comes out, and work that has not begun never begins."""
+    monkeypatch.setattr(asking, "LOOK_SECONDS", 0.005)
+    context = z3.Context()
+    at_work, begun = threading.Semaphore(), [0]
+
+    def work() -> int:
+        begun[0] += 1
+        with at_work:
+            time.sleep(seconds)
+        return 7
+
+    def look() -> None:
+        pass
+
+    def counting(most: int) -> tuple[Callable[[FrameType, str, object], object], list[int]]:
+        passed = [0]
+
+        def trace(frame: FrameType, event: str, _: object) -> object:
+            if frame.f_code is not asking.wait_for.__code__:
+                return None
+            frame.f_trace_opcodes = True
+            if event == "opcode":
+                passed[0] += 1
+                if passed[0] == most:
+                    raise KeyboardInterrupt
+            return trace
+
+        return trace, passed
+
+    interrupted = 0
+    faulthandler.dump_traceback_later(60, exit=True)
+    try:
+        for at in range(1, 1000):
+            trace, passed = counting(at)
+            before = sys.gettrace()
+            sys.settrace(trace)
+            try:
+                assert asking.wait_for(work, context, look) == 7
+            except KeyboardInterrupt:
+                interrupted += 1
+            finally:
+                sys.settrace(before)
+            assert at_work.acquire(blocking=False)
+            after = begun[0]
+            time.sleep(0.001)
+            assert begun[0] == after
+            at_work.release()
+            if passed[0] < at:
+                break
+    finally:
+        faulthandler.cancel_dump_traceback_later()
+    assert interrupted == at - 1 > 60
 
 
 def test_a_solver_that_gives_up_says_why_and_effort_that_is_spent_says_that() -> None:

@@ -1,0 +1,53 @@
+"""Where an exception that a signal raises would be lost, or break something: there the signal has to wait."""
+
+from __future__ import annotations
+
+import _weakrefset
+import os
+import signal
+import threading
+import weakref
+from types import FrameType
+
+SOON = 0.005
+"""Seconds after which it is tried again."""
+TOLD_OF_THE_END = (weakref.__file__, _weakrefset.__file__)
+"""Modules whose functions are told that an object is gone."""
+HOLDING = frozenset({"__enter__", "__exit__", "_release_save", "_acquire_restore"})
+"""Functions of `threading` that take or release a lock, which their caller then releases or takes again."""
+
+
+def waits(frame: FrameType | None) -> bool:
+    """Whether no exception may be raised in this frame.
+
+    It, or one that called it, is then
+
+    - a destructor, or where something is told that an object is gone: Python prints the exception and forgets it;
+    - the constructor of an object that has a destructor, which would work on an object that is half made;
+    - Python code by which ctypes converts an argument: the exception comes out as another one;
+    - where `threading` takes or releases a lock: it would stay taken, and who waits for it would wait forever.
+    """
+    while frame is not None:
+        name, file = frame.f_code.co_name, frame.f_code.co_filename
+        if name in ("__del__", "from_param") or file in TOLD_OF_THE_END:
+            return True
+        if name in HOLDING and file == threading.__file__:
+            return True
+        if name == "__init__" and hasattr(type(frame.f_locals.get("self")), "__del__"):
+            return True
+        frame = frame.f_back
+    return False
+
+
+def interrupt(number: int, frame: FrameType | None) -> None:
+    """A handler for Ctrl-C: raises KeyboardInterrupt, soon where it may not be raised now."""
+    if not waits(frame):
+        raise KeyboardInterrupt
+    again = threading.Timer(SOON, os.kill, (os.getpid(), number))
+    again.daemon = True
+    again.start()
+
+
+def serve() -> None:
+    """From now on Ctrl-C raises KeyboardInterrupt, also where the process was started with Ctrl-C ignored."""
+    signal.signal(signal.SIGINT, interrupt)
