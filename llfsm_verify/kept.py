@@ -6,11 +6,13 @@ has come to the name of another, counts as missing. Whoever can write in the fol
 
 from __future__ import annotations
 
+import atexit
 import os
 import sys
+import threading
 import time
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -27,6 +29,8 @@ DIGEST = 32
 """Bytes of the check sum at the beginning of a file."""
 MOST_VALUES = 16
 """Values of one kind that are kept; the one that was computed longest ago goes first."""
+MOST_WAITING = 8
+"""Values that wait to be kept."""
 BEGAN = time.time()
 """When this process imported the first of our modules, or a little later."""
 
@@ -124,19 +128,51 @@ class Keepable(Protocol):
 K = TypeVar("K", bound=Keepable)
 
 
+_waiting: dict[Path, tuple[object, Sequence[object]]] = {}
+"""By file, a value that is to be kept there, and the objects of this run in it."""
+
+
 def kept_or_computed(kind: str, name: str, known: Sequence[object], compute: Callable[[], K]) -> K:
-    """The value that an earlier run has kept under the kind and name, else what `compute` gives, which is then kept.
+    """The value that an earlier run has kept under the kind and name, else what `compute` gives.
 
     The name says everything that the value depends on, `known` included: objects of this run that are parts of it.
+    What was computed waits to be kept, until `keeping_meanwhile`, until it is asked for again, or to the end.
     """
     path = place(f"{kind}-{name}.pickle")
+    if path in _waiting or len(_waiting) >= MOST_WAITING:
+        keep_waiting()
     data = kept(path)
     value: K = compute() if data is None else unpack(data, known)
     if data is None and path is not None:
-        with suppress(PackingError):  # computed in each run
-            keep_newest(path, pack(value, known), MOST_VALUES)
+        _waiting[path] = value, known
     object.__setattr__(value, "kept_as", name)
     return value
+
+
+@atexit.register
+def keep_waiting() -> None:
+    """Keep now what waits for it."""
+    while True:
+        try:
+            path, (value, known) = _waiting.popitem()
+        except KeyError:
+            return
+        with suppress(PackingError):  # computed in each run
+            keep_newest(path, pack(value, known), MOST_VALUES)
+
+
+@contextmanager
+def keeping_meanwhile() -> Iterator[None]:
+    """Another thread keeps what waits, while the block is at work outside of Python."""
+    if not _waiting:
+        yield
+        return
+    thread = threading.Thread(target=keep_waiting)
+    thread.start()
+    try:
+        yield
+    finally:
+        thread.join()
 
 
 def _check_sum(path: Path, content: bytes) -> bytes:

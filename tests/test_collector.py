@@ -1,11 +1,15 @@
-"""The garbage collector is paused where it is said, and goes on where it ran before."""
+"""The garbage collector is paused where it is said, goes on where it ran before, and leaves alone what lasts."""
 
 from __future__ import annotations
 
 import gc
+import subprocess
+import sys
+from collections.abc import Iterator
 
 import pytest
 
+from llfsm_verify import collector
 from llfsm_verify.collector import paused_collector
 
 
@@ -29,3 +33,46 @@ def test_it_goes_on_after_a_mistake() -> None:
         with pytest.raises(ValueError, match="wrong"):
             wrong()
         assert gc.isenabled()
+
+
+@pytest.fixture
+def own_threshold() -> Iterator[None]:
+    before = gc.get_threshold()
+    gc.set_threshold(10_000, 20, 100)
+    yield
+    gc.set_threshold(*before)
+    gc.unfreeze()
+
+
+def frozen_by(objects: int, *, lasting: bool) -> int:
+    gc.collect()
+    before = gc.get_freeze_count()
+    with paused_collector(lasting=lasting):
+        built = [[number] for number in range(objects)]
+        assert not gc.isenabled()
+    assert gc.isenabled() and len(built) == objects
+    return gc.get_freeze_count() - before
+
+
+def test_a_process_with_more_to_do_leaves_nothing_alone(own_threshold: None) -> None:
+    assert frozen_by(20_000, lasting=True) == 0
+
+
+def test_a_process_with_one_task_leaves_alone_what_is_large_and_lasts(
+    own_threshold: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(collector, "_one_task", [True])
+    assert frozen_by(20_000, lasting=False) == 0
+    assert frozen_by(1_000, lasting=True) == 0
+    assert frozen_by(20_000, lasting=True) > 20_000
+
+
+def test_nothing_is_looked_through_at_the_end_of_a_process_with_one_task() -> None:
+    script = (
+        "import atexit, gc\n"
+        "from llfsm_verify.collector import do_one_task\n"
+        "atexit.register(lambda: print(gc.get_freeze_count() > 1000))\n"
+        "do_one_task()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout == "True\n"

@@ -64,8 +64,10 @@ def _command(parser: Callable[[Sequence[str] | None], ArgumentParser], arguments
             autocomplete(parser(None))
         from llfsm_verify.cli.io import interrupt
         from llfsm_verify.cli.io.standard_error import drop_what_nobody_reads
+        from llfsm_verify.collector import do_one_task
 
         interrupt.serve()
+        do_one_task()
         drop_what_nobody_reads()
         try:
             return _guarded(parser(sys.argv[1:]).parse_args(), STARTED)

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from llfsm_verify.semantics.probes import Probes
 
 
-@paused_collector()
+@paused_collector(lasting=True)
 def lower(
     arrangement: Arrangement,
     atoms: Sequence[Observed] = (),

@@ -16,6 +16,7 @@ from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.verdict import Options, Progress, Result, Verdict
 from llfsm_verify.engines.explicit.options import ExplicitOptions
+from llfsm_verify.kept import keep_waiting
 from llfsm_verify.limits import default_memory
 from llfsm_verify.verification.portfolio import EACH_ENGINE, Merging, Stage, has_no_bounds, limit_options
 from llfsm_verify.verification.worker import INTERRUPTED, Job, Reply, pack
@@ -49,6 +50,7 @@ def all_engines(problem: Problem, options: Options) -> Result:
     raises it; RuntimeError, when one ends without an answer."""
     started = time.monotonic()
     endless = has_no_bounds(problem.program())
+    keep_waiting()  # for the workers
     workers = [_Worker(s, problem, options, endless=endless) for s in EACH_ENGINE]
     interrupted = False
     with ThreadPoolExecutor(AT_ONCE) as pool:

@@ -17,6 +17,7 @@ from typing import BinaryIO
 from llfsm_verify import interrupts
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.verdict import Options, Result
+from llfsm_verify.collector import do_one_task
 
 SIZE_BYTES = 8
 DEBUG = "LLFSM_DEBUG"
@@ -69,6 +70,7 @@ def main() -> None:
     said, sys.stdout = sys.stdout.buffer, sys.stderr  # nothing that is printed may get into the answer
     try:
         interrupts.serve()
+        do_one_task()
         answer = _answered(sys.stdin.buffer)
     except KeyboardInterrupt:
         os._exit(INTERRUPTED)

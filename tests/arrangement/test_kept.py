@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -55,6 +56,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def files(cache: Path, kind: str) -> list[Path]:
+    kept.keep_waiting()
     return list(cache.glob(f"{kind}-*"))
 
 
@@ -154,6 +156,7 @@ def test_mistakes_are_found_again(cache: Path) -> None:
 
 def test_what_is_nested_too_deeply_is_computed(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     arrangement = load_arrangement_text(TEXT)
+    kept.keep_waiting()
 
     def refuse(*_: object, **__: object) -> bytes:
         raise PackingError
@@ -174,7 +177,7 @@ def test_damaged_files_are_made_again(cache: Path) -> None:
     for data in (b"", whole[:-1], whole[:40] + bytes([whole[40] ^ 1]) + whole[41:]):
         file.write_bytes(data)
         assert repr(load_arrangement_text(TEXT)) == repr(made)
-        assert file.read_bytes() == whole
+        assert files(cache, "arrangement") == [file] and file.read_bytes() == whole
 
 
 def test_an_installation_that_changes_has_no_name(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -222,6 +225,29 @@ def test_machine_code_is_kept_under_the_name_of_its_program(cache: Path, monkeyp
     assert [steps_of(again), steps_of(again, events=True)] == made
     monkeypatch.undo()
     assert steps_of(replace(program)) == made[0]
+
+
+def test_what_waits_is_kept_while_machine_code_is_compiled(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    threads = []
+    keep = kept.keep_waiting
+
+    def told() -> None:
+        threads.append(threading.current_thread())
+        keep()
+
+    monkeypatch.setattr(kept, "keep_waiting", told)
+    program = lower(load_arrangement_text(TEXT))
+    assert not list(cache.glob("*"))
+    NativeProgram(program).compile()
+    assert {file.name.partition("-")[0] for file in cache.glob("*")} == {"arrangement", "lowered", "program"}
+    assert len(threads) == 1 and threads[0] is not threading.current_thread() and not threads[0].is_alive()
+
+
+def test_only_so_many_values_wait(cache: Path) -> None:
+    for number in range(3 * kept.MOST_WAITING):
+        load_arrangement_text(f"{TEXT}# {number}\n")
+        assert len(kept._waiting) <= kept.MOST_WAITING
+    assert list(cache.glob("arrangement-*"))
 
 
 SCRIPT = """

@@ -45,7 +45,7 @@ WORTH_KEEPING = 50_000
 _TAKEN = f"`{ENVIRONMENT}` is what properties call the model of the surroundings"
 
 
-@paused_collector()
+@paused_collector(lasting=True)
 def resolve(draft: Draft, *, integer_guards: bool = False) -> Arrangement:
     """The arrangement that a draft describes.
 

@@ -170,7 +170,7 @@ class NativeProgram:
     @cached_property
     def text(self) -> str:
         """The LLVM module before optimisation."""
-        with paused_collector():
+        with paused_collector(lasting=True):
             return ModuleText(self.program, self.layout, self._context, self.events).text
 
     @property

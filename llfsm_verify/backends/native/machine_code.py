@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from llfsm_verify.backends.native.uninterrupted import whole
-from llfsm_verify.kept import fingerprint, keep_newest, kept, place
+from llfsm_verify.kept import fingerprint, keep_newest, keeping_meanwhile, kept, place
 
 Effort = Literal["quick", "full"]
 
@@ -48,7 +48,8 @@ class MachineCode:
                 path = _path(module, effort)
                 found = kept(path)
         if found is None:
-            self._engine = _compiled(module, effort, path)
+            with keeping_meanwhile():
+                self._engine = _compiled(module, effort, path)
         else:
             self.lines = int.from_bytes(found[:COUNT], "little")
             self._engine = _loaded(found[COUNT:], effort)
