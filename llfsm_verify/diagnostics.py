@@ -221,6 +221,11 @@ class Diagnostic:
         return "\n".join(map(without_controls, lines))
 
 
+def counted(number: int, what: str) -> str:
+    """``1 step``, ``1,200 steps``: `what` is a noun whose plural only adds an s."""
+    return f"{number:,} {what}{'' if number == 1 else 's'}"
+
+
 def without_controls(line: str) -> str:
     """The line with what could steer a terminal replaced: messages quote words of the user's files."""
     return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", line)

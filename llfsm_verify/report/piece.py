@@ -12,7 +12,7 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Disagreement, Schedule, perform
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, counted
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.saving import document_of, saved_text
 from llfsm_verify.report.tracefile import Expected, SavedProperty
@@ -89,7 +89,7 @@ class _Run:
         if trace.fault is None:
             raise _unsaved(self._recording, "a value leaves 64 bits at its end, which no saved trace shows")
         text = document_of(trace, self._arrangement, trace.fault, self._properties, self._directory, "violated")
-        return Piece(text, f"a fault ends {_steps(len(taken))}: {trace.fault.message} (expect: violated)")
+        return Piece(text, f"a fault ends {counted(len(taken), 'step')}: {trace.fault.message} (expect: violated)")
 
     def checked(self, last: int | None) -> Piece:
         """Of the property."""
@@ -113,7 +113,7 @@ class _Run:
             )
         expect: Expected = "violated" if fails else "holds"
         text = self._document(done.trace, expect)
-        steps = _steps(len(schedule.ringlets))
+        steps = counted(len(schedule.ringlets), "step")
         if fails:
             return Piece(text, f"{line.name} is violated by {steps} (expect: violated)")
         because = f", since {done.reason}" if violated else ""
@@ -144,10 +144,6 @@ def _forever(decided: Decided, taken: Sequence[Ringlet]) -> bool:
 
 def _piece(last: int | None) -> str:
     return "the recording" if last is None else f"this piece (up to step {last:,})"
-
-
-def _steps(count: int) -> str:
-    return f"{count:,} step{'' if count == 1 else 's'}"
 
 
 def _unsaved(recording: Recording, why: str, hint: str | None = None) -> DiagnosticError:

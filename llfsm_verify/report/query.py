@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.diagnostics import counted
 from llfsm_verify.fileformat import FORMAT
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.formats import Style
@@ -29,7 +30,7 @@ def query_text(answer: QueryResult, *, fold: bool = True, whole: float | None = 
     line = Text.assemble((answer.word, STYLES[answer.verdict]), f"  {answer.query.text}")
     if trace is not None:
         count = len(trace.steps)
-        line.append(f"  after {count} step{'' if count == 1 else 's'}" if count else "  at the start")
+        line.append(f"  after {counted(count, 'step')}" if count else "  at the start")
     if answer.reason is not None:
         line.append(f"\n{' ' * len(answer.word)}  because {answer.reason}")
     yield line

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace, TraceStep
+from llfsm_verify.diagnostics import counted
 from llfsm_verify.fileformat import FORMAT
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.json import trace_object
@@ -44,9 +45,11 @@ def sentences(run: RandomRun, taken: int, sought: str | None) -> list[str]:
         when = f"after step {first + taken:,}" if first + taken else "in the initial configuration"
         said.append(f"`{sought}` is true {when}.")
     elif sought is not None:
-        said.append(f"`{sought}` was not true within {_steps(taken)}: another seed, or more steps, may reach it.")
+        said.append(
+            f"`{sought}` was not true within {counted(taken, 'step')}: another seed, or more steps, may reach it."
+        )
     if run.ended:
-        said.append(f"The arrangement ended after {_steps(first + taken)}.")
+        said.append(f"The arrangement ended after {counted(first + taken, 'step')}.")
     if run.overflowed:
         said.append(OVERFLOW)
     return said
@@ -55,7 +58,7 @@ def sentences(run: RandomRun, taken: int, sought: str | None) -> list[str]:
 def summary(steps: int, cycles: int, period_ms: Fraction | None) -> str:
     """How long the run was."""
     time = "" if period_ms is None else f", {float(cycles * period_ms / 1000):g} s of logical time"
-    return f"{_steps(steps)}, {cycles:,} cycle{'' if cycles == 1 else 's'}{time}"
+    return f"{counted(steps, 'step')}, {counted(cycles, 'cycle')}{time}"
 
 
 def run_json(
@@ -80,7 +83,3 @@ def run_json(
         "exit_code": exit_code(run, sought),
     }
     return json.dumps(value, indent=2, ensure_ascii=False)
-
-
-def _steps(count: int) -> str:
-    return f"{count:,} step{'' if count == 1 else 's'}"

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from llfsm_verify.checking.vacuity import NO_RUN
 from llfsm_verify.checking.verdict import Attempt, PropertyResult, Result, Verdict
+from llfsm_verify.diagnostics import counted
 from llfsm_verify.kripke.labels.notes import InputNote
 
 
@@ -75,13 +76,13 @@ def summary_text(result: Result, whole: float | None = None) -> str:
     took = f"{result.seconds:.2f} s" + ("" if whole is None else f" of search, {whole:.2f} s in all")
     seen, end = result.exploration, f"{took}, engine {result.engine}"
     if seen.depth is not None:
-        return f"runs of up to {seen.depth:,} steps{every}, {extent}, {end}"
+        return f"runs of up to {counted(seen.depth, 'step')}{every}, {extent}, {end}"
     if seen.complete is None:
         return f"{extent}{every}, {end}"
-    found = f"{seen.states:,} configurations, {seen.transitions:,} transitions"
+    found = f"{counted(seen.states, 'configuration')}, {counted(seen.transitions, 'transition')}"
     if seen.stored is not None:
         least, stored = "" if seen.counted else "at least ", f"({seen.stored:,} stored)"
-        found = f"{least}{seen.states:,} configurations {stored}, {seen.transitions:,} transitions"
+        found = f"{least}{counted(seen.states, 'configuration')} {stored}, {counted(seen.transitions, 'transition')}"
     return f"{found}, {extent}{every}, {end}"
 
 

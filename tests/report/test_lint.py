@@ -104,7 +104,7 @@ def test_findings_as_text() -> None:
     assert said(RESULT, suppressed=True) == FINDINGS + ACCEPTED + REST
     assert said(EMPTY) == ["0 warnings, 0 notes; single turns only, 1.00 s"]
     complete = replace(EMPTY, explored=True, configurations=1, findings=(TEXT,))
-    assert said(complete)[-1] == "1 warning, 0 notes; 1 configurations, complete, 1.00 s"
+    assert said(complete)[-1] == "1 warning, 0 notes; 1 configuration, complete, 1.00 s"
 
 
 def test_colours_tell_what_a_finding_is() -> None:

@@ -18,7 +18,7 @@ from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.properties import chosen, read_properties
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, counted
 from llfsm_verify.files import read_regular
 from llfsm_verify.guarding.codes import NOT_GUARDABLE, UNWRITABLE
 from llfsm_verify.guarding.guardable import Guardable, guardable, unfit_assumptions
@@ -173,7 +173,7 @@ def _transparent(made: Guarded, budget: Budget) -> str:
     answer = transparency(made.original, made.arrangement, made.names, budget)
     match answer:
         case Transparent(configurations):
-            return f"proved: until `{made.names.alarm}` is set, {same} ({configurations:,} configurations)\n"
+            return f"proved: until `{made.names.alarm}` is set, {same} ({counted(configurations, 'configuration')})\n"
         case Different(steps, found, fault):
             lines = [f"not proved: until `{made.names.alarm}` is set, {same}. They differ after {len(steps)} steps:"]
             lines += [f"  `{name}` is {new}, and was {old}" for name, old, new in found]

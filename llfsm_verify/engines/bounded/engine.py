@@ -9,6 +9,7 @@ from llfsm_verify.backends.smt.arithmetic import Arithmetic
 from llfsm_verify.checking.engine import Answer, Given, Session, Unknown, Violated
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.verdict import Exploration
+from llfsm_verify.diagnostics import counted
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.engines.unrolled.search import DEPTH, BoundedSearch, Task
 
@@ -47,14 +48,14 @@ class BoundedSession(Session):
         self._why = why or self._why
 
     def answers(self, goal: Goal) -> Iterator[Answer]:
-        why = self._why or f"no run of up to {len(self._search):,} steps violates it ({FARTHER})"
+        why = self._why or f"no run of up to {counted(len(self._search), 'step')} violates it ({FARTHER})"
         yield self._search.answer(self._tasks.get(id(goal)), why)
 
     def fault_runs(self) -> Iterator[tuple[int, Violated]]:
         yield from self._search.faults.items()
 
     def faults(self) -> Unknown:
-        return Unknown(self._why or f"no run of up to {len(self._search):,} steps ends in a fault ({FARTHER})")
+        return Unknown(self._why or f"no run of up to {counted(len(self._search), 'step')} ends in a fault ({FARTHER})")
 
     def exploration(self) -> Exploration:
         return replace(self._search.exploration, complete=False)

@@ -12,6 +12,7 @@ from llfsm_verify.checking.engine import Answer, Given, Holds, Session, Unknown,
 from llfsm_verify.checking.goals.formulas import impossible
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
 from llfsm_verify.checking.verdict import Exploration, Progress
+from llfsm_verify.diagnostics import counted
 from llfsm_verify.engines.inductive.induction import Induction
 from llfsm_verify.engines.inductive.prover import Prover
 from llfsm_verify.engines.inductive.proving import Open, Proving, Settled
@@ -177,7 +178,7 @@ class InductiveSession(Session):
             yield Holds(known.proofs)
             return
         task = next((t for t in self._tasks if t.goal is goal), None)
-        none = f"no run of up to {len(self._search):,} steps violates it"
+        none = f"no run of up to {counted(len(self._search), 'step')} violates it"
         unknown = self._unknown(id(goal), none)
         answer = self._search.answer(task, unknown.reason)
         if isinstance(answer, Unknown):
@@ -193,7 +194,7 @@ class InductiveSession(Session):
         known = self._known.get(0)
         if isinstance(known, Settled) and known.holds:
             return Holds(known.proofs)
-        return self._unknown(0, f"no run of up to {len(self._search):,} steps ends in a fault")
+        return self._unknown(0, f"no run of up to {counted(len(self._search), 'step')} ends in a fault")
 
     def possible(self) -> bool | None:
         if self._possible is None or self._seen_possible:

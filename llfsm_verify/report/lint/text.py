@@ -9,7 +9,7 @@ from rich.text import Text
 
 from llfsm_verify.analysis.lint.finding import Finding, LintResult, Proof, Witness
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.diagnostics import Diagnostic
+from llfsm_verify.diagnostics import Diagnostic, counted
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.text import run_text
 from llfsm_verify.report.wording import input_text
@@ -48,7 +48,7 @@ def proof_text(finding: Finding, result: LintResult) -> str:
     """How a finding is known, in a clause; empty where the text alone tells it."""
     by: dict[Proof, str] = {
         "local": "proved: no turn does otherwise, from any values inside the declared ranges",
-        "reachable": f"proved: no run does otherwise ({result.configurations:,} configurations)",
+        "reachable": f"proved: no run does otherwise ({counted(result.configurations, 'configuration')})",
         "run": "",
         "ranges": "for some values inside the declared ranges; not known to be reachable",
         "text": "",
@@ -63,7 +63,7 @@ def witness_text(witness: Witness) -> str:
     words = []
     if witness.trace is not None:
         count = len(witness.trace.steps)
-        words.append(f"in a run of {count} step{'' if count == 1 else 's'}" if count else "from the start")
+        words.append(f"in a run of {counted(count, 'step')}" if count else "from the start")
     if before:
         words.append(f"{'before the last' if witness.trace is not None else 'before the turn'}: {before}")
     if sampled:
@@ -91,13 +91,15 @@ def _finding(finding: Finding, result: LintResult) -> Iterator[Text]:
 
 def _summary(result: LintResult) -> str:
     counts = {level: sum(f.level == level for f in result.shown) for level in ("warning", "note")}
-    parts = [f"{n} {level}{'' if n == 1 else 's'}" for level, n in counts.items()]
+    parts = [counted(n, level) for level, n in counts.items()]
     accepted = len(result.findings) - len(result.shown)
     parts += [f"{accepted} accepted"] if accepted else []
     parts += [f"{len(result.open)} unknown"] if result.open else []
     extent = "single turns only"
     if result.explored:
-        extent = f"{result.configurations:,} configurations, " + ("complete" if result.complete else "not complete")
+        extent = f"{counted(result.configurations, 'configuration')}, " + (
+            "complete" if result.complete else "not complete"
+        )
         if result.reason is not None:
             extent += f": {result.reason}"
     return f"{', '.join(parts)}; {extent}, {result.seconds:.2f} s"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 
+from llfsm_verify.diagnostics import counted
 from llfsm_verify.kripke.values import text
 from llfsm_verify.runtime.debugging.answers import Answer, Part, Table
 from llfsm_verify.runtime.debugging.commands import Given, parse
@@ -186,7 +187,7 @@ class Attached:
             return "no frame has been seen"
         frame = self.frames[self.position]
         later = len(self.frames) - 1 - self.position
-        more = f", {later:,} later frame{'' if later == 1 else 's'} seen" if later else ""
+        more = f", {counted(later, 'later frame')} seen" if later else ""
         return (
             f"at frame {frame.number:,}{more}: {' '.join(f'{m}@{text(frame.values[m])}' for m in self._board.machines)}"
         )

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Protocol
 
 from llfsm_verify.arrangement.model import ACTION_KINDS
-from llfsm_verify.diagnostics import DiagnosticError, without_controls
+from llfsm_verify.diagnostics import DiagnosticError, counted, without_controls
 from llfsm_verify.runtime.debugging.answers import Answer, Part, Steps, Table
 from llfsm_verify.runtime.debugging.commands import BY_NAME, COMMANDS, Given, parse
 from llfsm_verify.runtime.debugging.debugger import Debugger, Went
@@ -123,7 +123,7 @@ class Session:
         """One line: the position, its time, and the states of all machines."""
         debugger = self.debugger
         count = debugger.cycles
-        told = [f"step {debugger.position:,}", f"{count:,} cycle{'' if count == 1 else 's'}"]
+        told = [f"step {debugger.position:,}", counted(count, "cycle")]
         cycle = debugger.arrangement.cycle_ms
         if cycle is not None and len(debugger.program.processes) == 1:
             told.append(f"{float(cycle * count) / 1000:g} s")
@@ -131,7 +131,7 @@ class Session:
             told.append(f"frame {debugger.frame:,}")
         later = len(debugger.history) - debugger.position
         if later:
-            told.append(f"{later:,} later step{'' if later == 1 else 's'} known")
+            told.append(f"{counted(later, 'later step')} known")
         return f"at {', '.join(told)}: {' '.join(f'{m}@{s}' for m, s in debugger.states.items())}"
 
     def _breaks(self) -> Part:
@@ -200,7 +200,7 @@ def _is_of(known: str, name: str) -> bool:
 
 
 def _forgotten(count: int) -> str:
-    return f" ({count:,} later step{'' if count == 1 else 's'} forgotten)" if count else ""
+    return f" ({counted(count, 'later step')} forgotten)" if count else ""
 
 
 def _row(guard: Evaluated) -> tuple[str, str, str, str]:

@@ -22,6 +22,7 @@ from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.checking.goals.goal import bad_prefixes_of
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Problem
+from llfsm_verify.diagnostics import counted
 from llfsm_verify.engines.explicit.product_search import Projection
 from llfsm_verify.engines.explicit.search import FIRST_LOOK, GROWTH, Reading, Search
 from llfsm_verify.kripke.explore import Explorer
@@ -182,7 +183,8 @@ class _Examination:
             return Refusal(found.reason, tuple(notes), found.broken, self._happening(after, found, later))
         allowed = frozenset(place for place, found in places.items() if found is not None)
         notes.append(
-            f"checked: {len(allowed):,} configurations in which it may be loaded, {len(after.graph):,} from there on"
+            f"checked: {counted(len(allowed), 'configuration')} in which it may be loaded, "
+            f"{len(after.graph):,} from there on"
         )
         return Accepted(allowed, tuple(notes))
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from llfsm_verify.arrangement.draft import Draft
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.resolve.arrangement import resolve
-from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.diagnostics import DiagnosticError, counted
 from llfsm_verify.limits import Budget
 from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.live.preparing import runnable
@@ -76,10 +76,10 @@ class Task:
                     continue
                 return f"{refusal.reason}; {error.diagnostics[0].message}"
             later = refusal.happening.later
-            when = "" if not later else f", if it is loaded {_cycles(later)} from now"
+            when = "" if not later else f", if it is loaded {counted(later, 'cycle')} from now"
             recorded = "" if path is None else f" (recorded in {path})"
             how = " by a run that repeats itself" if refusal.happening.endless else ""
-            return f"{refusal.reason}{how} {_cycles(cycles)} after it is loaded{when}{recorded}"
+            return f"{refusal.reason}{how} {counted(cycles, 'cycle')} after it is loaded{when}{recorded}"
         return refusal.reason
 
     def _paths(self) -> Iterator[Path | None]:
@@ -90,7 +90,3 @@ class Task:
         path = Path(self.making.record)
         for number in range(1, MOST_REFUSED + 1):
             yield path.with_name(f"{path.name}.refused.{number}")
-
-
-def _cycles(number: int) -> str:
-    return f"{number:,} cycle{'' if number == 1 else 's'}"

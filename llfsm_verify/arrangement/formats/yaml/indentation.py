@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from llfsm_verify.diagnostics import Diagnostic, Source, Span
+from llfsm_verify.diagnostics import Diagnostic, Source, Span, counted
 
 _LINE = re.compile(r"(?P<blanks> *)(?P<dashes>(?:- +)*)(?P<rest>(?:-$)?.*)")
 _KEY = re.compile(r"[\w.\"'-]+[ ]*:(?:[ ]|$)")
@@ -42,15 +42,11 @@ def misindented(source: Source, at: int) -> Diagnostic | None:
         return None
     start = at - source.position(at)[1] + 1 + own
     than = "less" if own < column else "more"
-    message = f"this line is indented {than} than line {line}: by {_spaces(own)}, not {column}"
-    hint = f"indent it by {_spaces(column)} if it belongs beside line {line}"
+    message = f"this line is indented {than} than line {line}: by {counted(own, 'space')}, not {column}"
+    hint = f"indent it by {counted(column, 'space')} if it belongs beside line {line}"
     others = sorted({level[0] for level in levels} - {column})
     notes = (f"other lines around it are indented by {', '.join(map(str, others))}",) if others else ()
     return Diagnostic("E010", message, Span(source, start, start + len(found[0].strip())), notes, hint)
-
-
-def _spaces(count: int) -> str:
-    return f"{count} space{'' if count == 1 else 's'}"
 
 
 def _levels(source: Source, before: int) -> list[tuple[int, int, bool]]:
