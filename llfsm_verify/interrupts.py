@@ -6,7 +6,9 @@ import _weakrefset
 import os
 import signal
 import threading
+import time
 import weakref
+from _thread import start_new_thread
 from types import FrameType
 
 SOON = 0.005
@@ -43,9 +45,12 @@ def interrupt(number: int, frame: FrameType | None) -> None:
     """A handler for Ctrl-C: raises KeyboardInterrupt, soon where it may not be raised now."""
     if not waits(frame):
         raise KeyboardInterrupt
-    again = threading.Timer(SOON, os.kill, (os.getpid(), number))
-    again.daemon = True
-    again.start()
+    start_new_thread(_again, (number,))  # a `threading.Thread` takes locks, which this thread may hold
+
+
+def _again(number: int) -> None:
+    time.sleep(SOON)
+    os.kill(os.getpid(), number)
 
 
 def serve() -> None:
