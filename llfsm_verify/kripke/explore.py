@@ -36,7 +36,7 @@ SHARE = 0.25
 MAX_ROOTS = 1 << 20
 MAX_STEPS = 1 << 24
 """Steps from one configuration: inputs wider than this are not for enumeration."""
-SAMPLE = 2_000
+SAMPLE = 500
 """Nodes that are looked at to tell whether chains are worth while."""
 
 

@@ -29,7 +29,7 @@ from llfsm_verify.program.program import (
 )
 from llfsm_verify.program.symbolic import FAULT, BoundedDefinitions, Key, Values
 from llfsm_verify.program.terms import const, interval, is_wide, op
-from llfsm_verify.program.trees import children, nodes, rebuilt, statements
+from llfsm_verify.program.trees import children, distinct_nodes, nodes, rebuilt, statements
 
 PREFIX = "?"
 """Before the name of a choice in the local that stands for it."""
@@ -63,11 +63,11 @@ class Touched:
 
     @property
     def choices(self) -> frozenset[str]:
-        return frozenset(n.name.removeprefix(PREFIX) for n in nodes(self.term) if isinstance(n, Local))
+        return frozenset(n.name.removeprefix(PREFIX) for n in distinct_nodes(self.term) if isinstance(n, Local))
 
     @property
     def variables(self) -> frozenset[Get]:
-        return frozenset(n for n in nodes(self.term) if isinstance(n, Get))
+        return frozenset(n for n in distinct_nodes(self.term) if isinstance(n, Get))
 
 
 class TermTooLarge(Exception):
@@ -217,8 +217,8 @@ class _Terms:
             whole = self._whole_of(name)
         except TermTooLarge:
             return None
-        locals_ = {n.name for n in nodes(whole) if isinstance(n, Local)}
-        return whole if len(locals_) == 1 and not any(isinstance(n, Get) for n in nodes(whole)) else None
+        locals_ = {n.name for n in distinct_nodes(whole) if isinstance(n, Local)}
+        return whole if len(locals_) == 1 and not any(isinstance(n, Get) for n in distinct_nodes(whole)) else None
 
     def _settled(self, e: Expr) -> Expr | None:
         """The expression as a whole when it mentions no variable, chooses between nothing, and is not too large."""
@@ -226,7 +226,7 @@ class _Terms:
             whole = self._whole_of(e)
         except TermTooLarge:
             return None
-        chooses = any(isinstance(n, (Get, Ite)) for n in nodes(whole) if not _is_guarded(n))
+        chooses = any(isinstance(n, (Get, Ite)) for n in distinct_nodes(whole) if not _is_guarded(n))
         return None if chooses else whole
 
     def _sides(self, comparison: Op) -> tuple[list[Expr], list[tuple[Expr, Expr]]]:
@@ -322,11 +322,11 @@ def _asked(atoms: Iterable[Atom], local: str) -> tuple[Expr, ...] | None:
         todo = [atom.expression]
         while todo:
             e = todo.pop()
-            named = {n.name for n in nodes(e) if isinstance(n, Local)}
+            named = {n.name for n in distinct_nodes(e) if isinstance(n, Local)}
             if local not in named:
                 continue
             if isinstance(e, Op) and e.op in _COMPARISONS:
-                if named != {local} or any(isinstance(n, Get) for n in nodes(e)):
+                if named != {local} or any(isinstance(n, Get) for n in distinct_nodes(e)):
                     return None
                 found.append(e)
             elif isinstance(e, Ite) or (isinstance(e, Op) and e.op in _LOGIC):

@@ -107,6 +107,17 @@ def nodes(root: Expr) -> Iterator[Expr]:
         stack.extend(children(node))
 
 
+def distinct_nodes(root: Expr) -> Iterator[Expr]:
+    """The same, in the same order, but a part that stands in several places only once."""
+    stack, seen = [root], set[int]()
+    while stack:
+        node = stack.pop()
+        if id(node) not in seen:
+            seen.add(id(node))
+            yield node
+            stack.extend(children(node))
+
+
 def statements(block: Block) -> Iterator[Stmt]:
     """Every statement of a block, the inner ones too."""
     stack = list(reversed(block))

@@ -13,7 +13,7 @@ from llfsm_verify.backends.smt.solver import SolverBudget, model_of
 from llfsm_verify.program.outcomes import PREFIX
 from llfsm_verify.program.program import BOOL, Choice, Expr, Get, Int, OpName
 from llfsm_verify.program.terms import const
-from llfsm_verify.program.trees import nodes
+from llfsm_verify.program.trees import distinct_nodes
 
 EFFORT = 20_000_000
 """Units of the solver's work for one question: some seconds."""
@@ -47,7 +47,7 @@ class Group:
         """The choices, as labels name them."""
         locals_ = {f"{PREFIX}{c.name}": k for c, k in zip(choices, self.constants, strict=True)}
         self._asked = [terms.expression(e, locals_) for e in asked]
-        self._mentioned = {n.var for e in asked for n in nodes(e) if isinstance(n, Get)}
+        self._mentioned = {n.var for e in asked for n in distinct_nodes(e) if isinstance(n, Get)}
         self._range = [arithmetic.within(k) for k in self.constants]
 
     def classes(self, variables: Mapping[Get, int], most: int, guessed: Sequence[int] = ()) -> list[Class] | None:
@@ -74,10 +74,10 @@ class Group:
     def _confirmed(self, solver: z3.Solver, asked: Sequence[z3.ExprRef], guessed: Sequence[int]) -> list[Class] | None:
         """The classes of the values guessed, when below or at every value there is one of the same class."""
         (constant,) = self.constants
-        found: dict[str, Class] = {}
+        found: dict[int, Class] = {}  # by the number of the label: Z3 has each term once
         for value in sorted(set(guessed)):
             label = z3.simplify(z3.And(*self._equal(asked, (value,)), *self._range))
-            found.setdefault(label.sexpr(), Class((value,), label))
+            found.setdefault(label.get_id(), Class((value,), label))
         solver.push()
         for known in found.values():
             above = self._compared("ge", constant, known.member[0])

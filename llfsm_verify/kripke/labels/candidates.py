@@ -8,7 +8,7 @@ from llfsm_verify.program.labelling import clamp
 from llfsm_verify.program.outcomes import PREFIX
 from llfsm_verify.program.program import Choice, Const, Expr, Get, Local, Op, Unbounded
 from llfsm_verify.program.terms import const, interval, op
-from llfsm_verify.program.trees import nodes
+from llfsm_verify.program.trees import distinct_nodes, nodes
 
 MOST = 16
 """Candidates for the representatives of one input."""
@@ -35,7 +35,7 @@ def suggest(choice: Choice, asked: Sequence[Expr]) -> tuple[Expr, ...]:
     """Values at which terms without variables may change; other terms suggest nothing."""
     found: dict[Expr, None] = {const(choice.type.low): None}
     for term in asked:
-        for part in nodes(term):
+        for part in distinct_nodes(term):
             found |= dict.fromkeys(_of_term(choice, part) or ())
     return tuple(found)
 
@@ -58,7 +58,7 @@ def _of_term(choice: Choice, term: Expr) -> tuple[Expr, ...] | None:
 
 
 def _mentions(e: Expr, local: str) -> bool:
-    return any(isinstance(n, Local) and n.name == local for n in nodes(e))
+    return any(isinstance(n, Local) and n.name == local for n in distinct_nodes(e))
 
 
 def _isolated(side: Expr, other: Expr, local: str) -> tuple[Expr, bool] | None:
