@@ -9,31 +9,47 @@ import threading
 import time
 import weakref
 from _thread import start_new_thread
-from types import FrameType
+from collections.abc import Callable
+from pathlib import Path
+from types import CodeType, FrameType, FunctionType
+from typing import ParamSpec, TypeVar, cast
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 SOON = 0.005
 """Seconds after which it is tried again."""
 TOLD_OF_THE_END = (weakref.__file__, _weakrefset.__file__)
 """Modules whose functions are told that an object is gone."""
+LOCKING = (threading.__file__, str(Path(threading.__file__).parent / "concurrent" / "futures" / "_base.py"))
 HOLDING = frozenset({"__enter__", "__exit__", "_release_save", "_acquire_restore"})
-"""Functions of `threading` that take or release a lock, which their caller then releases or takes again."""
+"""Functions of the modules `LOCKING` that take or release locks, which their caller then releases or takes again."""
+
+
+_deferring: set[CodeType] = set()
+
+
+def deferring(function: Callable[P, R]) -> Callable[P, R]:
+    """The function, in which, and in what it calls, no signal raises an exception."""
+    _deferring.add(cast(FunctionType, function).__code__)
+    return function
 
 
 def waits(frame: FrameType | None) -> bool:
-    """Whether no exception may be raised in this frame.
-
-    It, or one that called it, is then
+    """Whether no exception may be raised in this frame: it, or one of its callers, is one of these.
 
     - a destructor, or where something is told that an object is gone: Python prints the exception and forgets it;
     - the constructor of an object that has a destructor, which would work on an object that is half made;
     - Python code by which ctypes converts an argument: the exception comes out as another one;
-    - where `threading` takes or releases a lock: it would stay taken, and who waits for it would wait forever.
+    - where `threading` or `concurrent.futures` takes or releases a lock: it would stay taken, and who waits for it
+      would wait forever (but for a `Condition` with an RLock, whose functions have no frames);
+    - a function that is `deferring`.
     """
     while frame is not None:
         name, file = frame.f_code.co_name, frame.f_code.co_filename
         if name in ("__del__", "from_param") or file in TOLD_OF_THE_END:
             return True
-        if name in HOLDING and file == threading.__file__:
+        if (name in HOLDING and file in LOCKING) or frame.f_code in _deferring:
             return True
         if name == "__init__" and hasattr(type(frame.f_locals.get("self")), "__del__"):
             return True
@@ -42,7 +58,7 @@ def waits(frame: FrameType | None) -> bool:
 
 
 def interrupt(number: int, frame: FrameType | None) -> None:
-    """A handler for Ctrl-C: raises KeyboardInterrupt, soon where it may not be raised now."""
+    """A handler for Ctrl-C: raises KeyboardInterrupt, or sends the signal again soon, where that has to wait."""
     if not waits(frame):
         raise KeyboardInterrupt
     start_new_thread(_again, (number,))  # a `threading.Thread` takes locks, which this thread may hold

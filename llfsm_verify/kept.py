@@ -149,6 +149,11 @@ def kept_or_computed(kind: str, name: str, known: Sequence[object], compute: Cal
     return value
 
 
+def forget_waiting() -> None:
+    """Keep nothing of what waits."""
+    _waiting.clear()
+
+
 @atexit.register
 def keep_waiting() -> None:
     """Keep now what waits for it."""
@@ -157,7 +162,7 @@ def keep_waiting() -> None:
             path, (value, known) = _waiting.popitem()
         except KeyError:
             return
-        with suppress(PackingError):  # computed in each run
+        with suppress(PackingError, MemoryError):  # computed in each run
             keep_newest(path, pack(value, known), MOST_VALUES)
 
 
@@ -168,7 +173,12 @@ def keeping_meanwhile() -> Iterator[None]:
         yield
         return
     thread = threading.Thread(target=keep_waiting)
-    thread.start()
+    try:
+        thread.start()
+    except RuntimeError:  # the system has no room for it
+        keep_waiting()
+        yield
+        return
     try:
         yield
     finally:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import subprocess
 import sys
+import weakref
 from collections.abc import Iterator
 
 import pytest
@@ -65,6 +66,40 @@ def test_a_process_with_one_task_leaves_alone_what_is_large_and_lasts(
     assert frozen_by(20_000, lasting=False) == 0
     assert frozen_by(1_000, lasting=True) == 0
     assert frozen_by(20_000, lasting=True) > 20_000
+
+
+def test_a_process_that_goes_on_leaves_nothing_alone_any_more(
+    own_threshold: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(collector, "_one_task", [True])
+    assert frozen_by(20_000, lasting=True) > 20_000
+    collector.do_more_tasks()
+    assert gc.get_freeze_count() == 0
+    assert frozen_by(20_000, lasting=True) == 0
+
+
+def test_everything_is_collected_also_what_was_left_alone(own_threshold: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(collector, "_one_task", [True])
+
+    class Circle:
+        pass
+
+    circle = Circle()
+    circle.itself = circle
+    gone = weakref.ref(circle)
+    assert frozen_by(20_000, lasting=True) > 20_000
+    del circle
+    gc.collect()
+    assert gone() is not None
+    collector.collect_everything()
+    assert gone() is None
+
+
+def test_what_frees_everything_does_not_touch_what_a_caller_has_frozen(own_threshold: None) -> None:
+    gc.freeze()
+    collector.collect_everything()
+    collector.do_more_tasks()
+    assert gc.get_freeze_count() > 1_000
 
 
 def test_nothing_is_looked_through_at_the_end_of_a_process_with_one_task() -> None:

@@ -64,10 +64,11 @@ def _command(parser: Callable[[Sequence[str] | None], ArgumentParser], arguments
             autocomplete(parser(None))
         from llfsm_verify.cli.io import interrupt
         from llfsm_verify.cli.io.standard_error import drop_what_nobody_reads
-        from llfsm_verify.collector import do_one_task
 
         interrupt.serve()
-        do_one_task()
+        from llfsm_verify.collector import do_one_task
+
+        do_one_task(COLLECT_EVERY)
         drop_what_nobody_reads()
         try:
             return _guarded(parser(sys.argv[1:]).parse_args(), STARTED)
@@ -80,7 +81,6 @@ def _command(parser: Callable[[Sequence[str] | None], ArgumentParser], arguments
 def _guarded(options: Namespace, started: float) -> int:
     """Run the command; whatever comes out of it is an exit code and at most a few lines. `started`: when it began."""
     options.started = started
-    import gc
     from pathlib import Path
 
     # Both are None where the caller has closed them.
@@ -90,9 +90,6 @@ def _guarded(options: Namespace, started: float) -> int:
         # A name that the terminal cannot show must not end a run.
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
-    # Loading and lowering build large trees that live until the end: looking through them for garbage again and again
-    # took half of their time.
-    gc.set_threshold(COLLECT_EVERY, 20, 100)
     try:
         code = _dispatch(options)
         sys.stdout.flush()
@@ -117,6 +114,9 @@ def _dispatch(options: Namespace) -> int:
 
 
 def _interrupted() -> int:
+    from llfsm_verify.kept import forget_waiting
+
+    forget_waiting()  # it would take a while
     print("interrupted", file=sys.stderr)
     return INTERRUPTED
 

@@ -13,7 +13,8 @@ from llfsm_verify.cli.inputs import files_read
 from llfsm_verify.cli.io.interrupt import INTERRUPTED
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.kinds import by_kind
-from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.collector import do_more_tasks
+from llfsm_verify.diagnostics import DiagnosticError, counted
 
 INTERVAL = 0.25
 """Seconds between two looks at the files."""
@@ -37,6 +38,7 @@ def watch(options: Namespace, check: Callable[[Namespace], Checked]) -> int:
     mistake = _mistake(options)
     if mistake is not None:
         return usage(mistake)
+    do_more_tasks()
     known: dict[Path, Stamp] = {}
     before: Mapping[str, str] = {}
     while True:
@@ -54,7 +56,7 @@ def watch(options: Namespace, check: Callable[[Namespace], Checked]) -> int:
             for change in changes(before, checked.verdicts):
                 _tell(change)
         before = checked.verdicts or before
-        _tell(f"watching {len(known)} file{'s' if len(known) != 1 else ''}; Ctrl-C ends")
+        _tell(f"watching {counted(len(known), 'file')}; Ctrl-C ends")
         changed = wait_for_change(known)
         if sys.stdout.isatty():
             print(CLEAR, end="", flush=True)

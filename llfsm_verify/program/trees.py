@@ -108,7 +108,7 @@ def nodes(root: Expr) -> Iterator[Expr]:
 
 
 def distinct_nodes(root: Expr) -> Iterator[Expr]:
-    """The same, in the same order, but a part that stands in several places only once."""
+    """The nodes of an expression in the order of `nodes`; one that stands in several places comes once."""
     stack, seen = [root], set[int]()
     while stack:
         node = stack.pop()

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from rich.text import Text
 
 from llfsm_verify.checking.trace import TraceStep
+from llfsm_verify.diagnostics import counted
 from llfsm_verify.report.columns import Column, lay_out
 from llfsm_verify.report.steptable import COLUMNS, StepLines, row_cells
 from llfsm_verify.report.tracetable import Row, step_row
@@ -49,7 +50,7 @@ def table_lines(table: Table, width: int) -> Iterator[Text]:
 
 def _steps(part: Steps, width: int) -> Iterator[Text]:
     if part.left_out:
-        yield Text(f"{part.left_out:,} step{'' if part.left_out == 1 else 's'} before these are not shown", "dim")
+        yield Text(f"{counted(part.left_out, 'step')} before these are not shown", "dim")
     rows = [step_row(number, step) for number, step in enumerate(part.steps, part.first)]
     yield from row_lines(rows, part.steps, width)
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 
+from llfsm_verify.diagnostics import counted
 from llfsm_verify.runtime.live.run import RunReport
 from llfsm_verify.runtime.ports.link import Counts
 
@@ -33,7 +34,7 @@ def report_lines(
             why = f"{why}: {failure}"
     logical = float(report.cycles * cycle_ms / 1000)
     yield (
-        f"{_count(report.cycles, 'cycle')} ({_count(report.ringlets, 'ringlet')}), {logical:g} s of logical time, "
+        f"{counted(report.cycles, 'cycle')} ({counted(report.ringlets, 'ringlet')}), {logical:g} s of logical time, "
         f"in {report.seconds:.2f} s: {why}"
     )
     if report.priority is not None:
@@ -41,15 +42,15 @@ def report_lines(
     late = report.lateness
     if late is not None and late.turns:
         told = ", ".join(f"{percent:g} % within {duration(value)}" for percent, value in late.percentiles)
-        yield f"lateness: {told}, worst {duration(late.worst)}; {_count(late.overruns, 'overrun')}" + (
+        yield f"lateness: {told}, worst {duration(late.worst)}; {counted(late.overruns, 'overrun')}" + (
             f", which moved the schedule by {duration(late.moved)}" if late.overruns else ""
         )
     if report.refused:
-        yield f"{_count(report.refused, 'value')} from outside did not fit the type of an input and left it as it was"
+        yield f"{counted(report.refused, 'value')} from outside did not fit the type of an input and left it as it was"
     for name, verdict, frame in report.monitored:
         yield f"{verdict}: {name}" + (f" (in frame {frame:,})" if frame else "")
     if recordings:
-        yield f"recorded: {', '.join(map(str, recordings))} ({_count(report.recorded, 'frame')})"
+        yield f"recorded: {', '.join(map(str, recordings))} ({counted(report.recorded, 'frame')})"
     if report.unrecorded is not None:
         yield f"the recording ended before the run: {report.unrecorded}"
 
@@ -58,16 +59,12 @@ def port_lines(counts: Mapping[str, Counts]) -> Iterator[str]:
     """What each port has done, by name."""
     for name, of in counts.items():
         parts = (
-            (of.taken, _count(of.taken, "message") + " in"), (of.refused, _count(of.refused, "value") + " refused"),
-            (of.malformed, f"{of.malformed:,} malformed"), (of.failures, _count(of.failures, "failure")),
-            (of.sent, _count(of.sent, "message") + " out"), (of.unsent, f"{of.unsent:,} not sent"),
+            (of.taken, counted(of.taken, "message") + " in"), (of.refused, counted(of.refused, "value") + " refused"),
+            (of.malformed, f"{of.malformed:,} malformed"), (of.failures, counted(of.failures, "failure")),
+            (of.sent, counted(of.sent, "message") + " out"), (of.unsent, f"{of.unsent:,} not sent"),
         )  # fmt: skip
         told = [text for number, text in parts if number]
         yield f"port {name}: {', '.join(told) or 'nothing came and nothing was sent'}"
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number:,} {what}{'' if number == 1 else 's'}"
 
 
 def duration(nanoseconds: int) -> str:

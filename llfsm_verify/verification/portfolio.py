@@ -5,13 +5,13 @@ docs/decisions/0024-engines.md says why, and why no limit is a time.
 
 from __future__ import annotations
 
-import gc
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.verdict import Attempt, FaultResult, Options, PropertyResult, Result, Verdict
+from llfsm_verify.collector import collect_everything
 from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.limits import reached
 from llfsm_verify.program.program import Program, Unbounded
@@ -79,7 +79,7 @@ class AutoEngine:
                 continue
             wanted = limit_options(stage, left or options, endless=endless)
             if merging.asked:
-                gc.collect()  # what an engine leaves behind is not to be missing to the next
+                collect_everything()  # what an engine leaves behind is not to be missing to the next
             try:
                 result = self._find(stage.engine)(merging.open(problem), wanted)
             except MemoryError:

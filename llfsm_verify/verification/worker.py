@@ -70,6 +70,7 @@ def main() -> None:
     said, sys.stdout = sys.stdout.buffer, sys.stderr  # nothing that is printed may get into the answer
     try:
         interrupts.serve()
+        sys.unraisablehook = _unraisable
         do_one_task()
         answer = _answered(sys.stdin.buffer)
     except KeyboardInterrupt:
@@ -78,6 +79,12 @@ def main() -> None:
     said.write(pickle.dumps(answer))
     said.flush()
     os._exit(0)  # the thread holds standard input
+
+
+def _unraisable(unraisable: sys.UnraisableHookArgs) -> None:
+    if isinstance(unraisable.exc_value, KeyboardInterrupt):
+        os._exit(INTERRUPTED)
+    sys.__unraisablehook__(unraisable)
 
 
 def _answered(source: BinaryIO) -> Reply:

@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -46,13 +46,15 @@ schedule: [m]
 
 
 @pytest.fixture
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """An empty folder, in which everything is worth keeping."""
     monkeypatch.setenv(kept.FOLDER, str(tmp_path / "cache"))
     monkeypatch.setattr(resolver, "WORTH_KEEPING", 0)
     monkeypatch.setattr(resolver, "installation", lambda: "this installation")
     monkeypatch.setattr(machine_code, "WORTH_KEEPING", 0.0)
-    return tmp_path / "cache"
+    kept.forget_waiting()
+    yield tmp_path / "cache"
+    kept.forget_waiting()
 
 
 def files(cache: Path, kind: str) -> list[Path]:

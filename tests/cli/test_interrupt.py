@@ -69,6 +69,7 @@ def test_a_program_that_calls_us_keeps_its_own_handler():
 
 PRESSED_ONCE = """
 import ctypes, os, signal, threading, time, weakref
+from concurrent import futures
 from llfsm_verify.cli.io import interrupt
 interrupt.serve()
 
@@ -127,6 +128,27 @@ def lock():
     finally:
         assert pressing.acquire(blocking=False)
 
+def wait():
+    lock = threading.Lock()
+    class Lock:
+        pressed = False
+        release, __exit__ = lock.release, lock.__exit__
+        def __enter__(self):
+            lock.acquire()
+        def acquire(self, *how):
+            taken = lock.acquire(*how)
+            if not self.pressed:
+                self.pressed = True
+                press()
+            return taken
+    future = futures.Future()
+    future._condition = threading.Condition(Lock())
+    try:
+        futures.wait([future], 1)
+        time.sleep(1)
+    finally:
+        assert lock.acquire(blocking=False)
+
 def forget():
     collected = Collected()
     weakref.finalize(collected, press)
@@ -140,7 +162,7 @@ except KeyboardInterrupt:
 """
 
 
-@pytest.mark.parametrize("what", ["convert", "destroy", "construct", "lock", "forget"])
+@pytest.mark.parametrize("what", ["convert", "destroy", "construct", "lock", "wait", "forget"])
 def test_an_interrupt_waits_where_it_would_be_lost_or_break_something(what: str):
     """Ctypes makes `ArgumentError` of it, Python forgets it, a destructor misses an attribute, a lock stays taken."""
     script = PRESSED_ONCE.replace("DO", what)
@@ -149,7 +171,7 @@ def test_an_interrupt_waits_where_it_would_be_lost_or_break_something(what: str)
 
 
 def test_an_interrupt_in_a_callback_is_not_swallowed():
-    """Nothing shows that this one would be forgotten."""
+    """No frame shows that Python would forget the exception here."""
     script = (
         "import os, signal, weakref\n"
         "from llfsm_verify.cli.io import interrupt\n"

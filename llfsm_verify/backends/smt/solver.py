@@ -13,6 +13,7 @@ from typing import TypeVar
 import z3
 
 from llfsm_verify.collector import paused_collector
+from llfsm_verify.interrupts import deferring
 
 LOOK_SECONDS = 0.1
 """How often the limits are looked at."""
@@ -81,7 +82,8 @@ def _work(solver: z3.Solver) -> int:
 def wait_for(work: Callable[[], T], context: z3.Context, check: Callable[[], None]) -> T:
     """What `work` returns, or raises. It uses `context` and no other thread does, and it leaves Ctrl-C alone.
 
-    What `check` raises, and KeyboardInterrupt, end it.
+    What `check` raises, and KeyboardInterrupt, end it: nothing of it goes on when they come out. Where Ctrl-C has the
+    handler of `interrupts`, that is so for the second Ctrl-C also.
     """
     returned: list[T] = []
     raised: list[BaseException] = []
@@ -101,22 +103,29 @@ def wait_for(work: Callable[[], T], context: z3.Context, check: Callable[[], Non
             raised.append(problem)
         done.release()
 
+    def watch() -> None:
+        while not (returned or raised):
+            if not done.acquire(timeout=LOOK_SECONDS):
+                check()
+
+    @deferring
+    def end() -> None:
+        with suppress(RuntimeError):  # it has been released
+            begin.release()
+        while begun and not (returned or raised):
+            if not done.acquire(timeout=LOOK_SECONDS):
+                context.interrupt()
+        # Not all work takes the interrupt back when it ends, as `check` does: later work would be ended by it.
+        z3.Solver(ctx=context).check()
+
     with paused_collector():  # a term that is collected here is one that the other thread works with
         try:
             start_new_thread(run, ())
             begun.append(True)
             begin.release()
-            while not (returned or raised):
-                if not done.acquire(timeout=LOOK_SECONDS):
-                    check()
+            watch()  # the jump back of a loop is outside of the `try` in Python 3.12 and 3.13
         except BaseException:
-            with suppress(RuntimeError):  # it has been released
-                begin.release()
-            while begun and not (returned or raised):
-                if not done.acquire(timeout=LOOK_SECONDS):
-                    context.interrupt()
-            # Not all work takes the interrupt back when it ends, as `check` does: later work would be ended by it.
-            z3.Solver(ctx=context).check()
+            end()
             raise
     if raised:
         raise raised[0]

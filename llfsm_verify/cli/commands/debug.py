@@ -10,6 +10,7 @@ from contextlib import ExitStack
 from llfsm_verify.arrangement.files import read_source
 from llfsm_verify.cli.debugging import opened
 from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.collector import do_more_tasks
 from llfsm_verify.runtime.debugging.paths import DebugError
 from llfsm_verify.runtime.debugging.session import Driven, Session
 
@@ -19,6 +20,7 @@ PROMPT = "(debug) "
 
 def run(options: Namespace) -> int:
     """1 where what `expect` asked for is not so, 2 where a command cannot be done. DiagnosticError: wrong files."""
+    do_more_tasks()
     if options.what == "-" and options.script == "-":
         return usage("the arrangement and the commands cannot both come from standard input")
     given: list[str] = list(options.commands)

@@ -175,7 +175,8 @@ def _transparent(made: Guarded, budget: Budget) -> str:
         case Transparent(configurations):
             return f"proved: until `{made.names.alarm}` is set, {same} ({counted(configurations, 'configuration')})\n"
         case Different(steps, found, fault):
-            lines = [f"not proved: until `{made.names.alarm}` is set, {same}. They differ after {len(steps)} steps:"]
+            differ = f"They differ after {counted(len(steps), 'step')}:"
+            lines = [f"not proved: until `{made.names.alarm}` is set, {same}. {differ}"]
             lines += [f"  `{name}` is {new}, and was {old}" for name, old, new in found]
             lines += [f"  the guard ends the run in a fault: {fault}"] if fault else []
             inputs = [

@@ -24,6 +24,7 @@ from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.panel import shown
 from llfsm_verify.cli.ports import declared_ports, following, opened, unusable, writes_to_output
 from llfsm_verify.cli.properties import property_sources
+from llfsm_verify.collector import do_more_tasks
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, without_controls
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
@@ -49,6 +50,7 @@ def run(options: Namespace) -> int:
     that stopped it, or a recording that ended before it, 4 when a value left 64 bits. DiagnosticError: wrong files, or
     an arrangement that cannot run.
     """
+    do_more_tasks()
     if options.inputs is not None and options.ports is not None:
         return usage("--inputs repeats the inputs of a trace, and --ports gives others; leave out one of them")
     if options.audit is not None and options.whiteboard is None:

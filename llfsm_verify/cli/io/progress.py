@@ -9,6 +9,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from llfsm_verify.checking.verdict import Progress
+from llfsm_verify.diagnostics import counted
 
 if TYPE_CHECKING:
     from rich.status import Status
@@ -97,7 +98,7 @@ def progress_text(progress: Progress, growth: float | None = None) -> str:
     """
     if progress.doing:
         sizes = (
-            (progress.states, f"{progress.states:,} configurations"),
+            (progress.states, counted(progress.states, "configuration")),
             (progress.memory, f"{progress.memory / 2**20:,.0f} MiB"),
             (True, f"{progress.seconds:.0f} s"),
             (progress.depth, f"depth {progress.depth:,}"),
@@ -106,7 +107,7 @@ def progress_text(progress: Progress, growth: float | None = None) -> str:
     rate = progress.states / progress.seconds if progress.seconds > 0 else 0.0
     frontier = progress.found - progress.expanded
     text = (
-        f"{progress.states:,} configurations, {rate:,.0f}/s, {progress.memory / 2**20:,.0f} MiB, "
+        f"{counted(progress.states, 'configuration')}, {rate:,.0f}/s, {progress.memory / 2**20:,.0f} MiB, "
         f"{progress.seconds:.0f} s, frontier {frontier:,}, depth {progress.depth:,}"
     )
     if growth is None or growth >= 1 or progress.expanded == 0 or frontier == 0:

@@ -13,7 +13,7 @@ from pathlib import Path
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Disagreement
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, counted
 from llfsm_verify.engines.explicit.options import Checkpointing, CheckpointWarning
 from llfsm_verify.engines.explicit.product_search import Walk
 from llfsm_verify.engines.explicit.search import FIRST_LOOK, Search
@@ -140,7 +140,7 @@ class Checkpoints:
         for task, violation in zip(search.tasks, violations, strict=True):
             task.violation = violation
         self._saved, self._resumed = True, search
-        self.note = f"going on from {path} with {search.graph.configurations:,} configurations"
+        self.note = f"going on from {path} with {counted(search.graph.configurations, 'configuration')}"
 
     @property
     def resumed(self) -> bool:

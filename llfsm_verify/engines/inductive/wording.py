@@ -9,6 +9,7 @@ from llfsm_verify.backends.smt.relation import Terms
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.proof import Proof
+from llfsm_verify.diagnostics import counted
 from llfsm_verify.engines.inductive.certify import CheckedProof
 from llfsm_verify.engines.inductive.formula_text import formula_text
 from llfsm_verify.engines.inductive.invariant import Invariant
@@ -52,7 +53,7 @@ def proof_of(invariant: Invariant, system: System, goal: Goal | None, problem: P
     shows, sentence = {
         Faults: ("faults", "no step ends in a fault"),
         Prefixes: ("prefixes", "no run comes to a step after which the property is lost"),
-        Rounds: ("rounds", f"no run goes through more than {limit} round{'' if limit == 1 else 's'} of a violation"),
+        Rounds: ("rounds", f"no run goes through more than {counted(limit or 0, 'round')} of a violation"),
         FairLoops: ("loops", "no run comes back to where it was, having violated the property in between forever"),
     }[type(target)]
     return Proof(
