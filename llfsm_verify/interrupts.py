@@ -1,15 +1,23 @@
-"""Where an exception that a signal raises would be lost, or break something: there the signal has to wait."""
+"""Where an exception that a signal raises would be lost, or break something: there the signal has to wait.
+
+`deferring` is for all of it that our own handlers serve. `whole` is for what must not be broken by other handlers
+either: Python's own, or those of a program that imports us.
+"""
 
 from __future__ import annotations
 
 import _weakrefset
+import gc
 import os
 import signal
+import sys
 import threading
 import time
 import weakref
 from _thread import start_new_thread
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import wraps
 from pathlib import Path
 from types import CodeType, FrameType, FunctionType
 from typing import ParamSpec, TypeVar, cast
@@ -21,6 +29,8 @@ SOON = 0.005
 """Seconds after which it is tried again."""
 TOLD_OF_THE_END = (weakref.__file__, _weakrefset.__file__)
 """Modules whose functions are told that an object is gone."""
+SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""Those that may be made into an exception."""
 LOCKING = (threading.__file__, str(Path(threading.__file__).parent / "concurrent" / "futures" / "_base.py"))
 HOLDING = frozenset({"__enter__", "__exit__", "_release_save", "_acquire_restore"})
 """Functions of the modules `LOCKING` that take or release locks, which their caller then releases or takes again."""
@@ -35,21 +45,64 @@ def deferring(function: Callable[P, R]) -> Callable[P, R]:
     return function
 
 
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """A signal with a handler of Python's that comes meanwhile is served at the end.
+
+    Other threads than the main one never get any.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+
+    def note(number: int, _frame: FrameType | None) -> None:
+        came.append(number)
+
+    handlers = {number: handler for number in SIGNALS if callable(handler := signal.getsignal(number))}
+    for number in handlers:
+        signal.signal(number, note)
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        if came:
+            signal.raise_signal(came[0])
+
+
+def whole(function: Callable[P, R]) -> Callable[P, R]:
+    """The function without signals in between.
+
+    LLVM needs it: an exception in between would leave modules with two owners, and free them twice.
+    """
+
+    @deferring
+    @wraps(function)
+    def shielded(*args: P.args, **kwargs: P.kwargs) -> R:
+        with uninterrupted():
+            return function(*args, **kwargs)
+
+    return shielded
+
+
 def waits(frame: FrameType | None) -> bool:
     """Whether no exception may be raised in this frame: it, or one of its callers, is one of these.
 
-    - a destructor, or where something is told that an object is gone: Python prints the exception and forgets it;
+    - a destructor, or where something is told that an object is gone or that the garbage collector works: Python
+      prints the exception and forgets it;
     - the constructor of an object that has a destructor, which would work on an object that is half made;
     - Python code by which ctypes converts an argument: the exception comes out as another one;
     - where `threading` or `concurrent.futures` takes or releases a lock: it would stay taken, and who waits for it
       would wait forever (but for a `Condition` with an RLock, whose functions have no frames);
     - a function that is `deferring`.
     """
+    told = {getattr(callback, "__code__", None) for callback in gc.callbacks}
     while frame is not None:
         name, file = frame.f_code.co_name, frame.f_code.co_filename
         if name in ("__del__", "from_param") or file in TOLD_OF_THE_END:
             return True
-        if (name in HOLDING and file in LOCKING) or frame.f_code in _deferring:
+        if (name in HOLDING and file in LOCKING) or frame.f_code in _deferring or frame.f_code in told:
             return True
         if name == "__init__" and hasattr(type(frame.f_locals.get("self")), "__del__"):
             return True
@@ -69,6 +122,16 @@ def _again(number: int) -> None:
     os.kill(os.getpid(), number)
 
 
-def serve() -> None:
-    """From now on Ctrl-C raises KeyboardInterrupt, also where the process was started with Ctrl-C ignored."""
-    signal.signal(signal.SIGINT, interrupt)
+def serve(leave: Callable[[], None], handler: Callable[[int, FrameType | None], None] = interrupt) -> None:
+    """From now on Ctrl-C raises KeyboardInterrupt, also where the process was started with Ctrl-C ignored.
+
+    `leave` ends the process, where Python forgets the exception and no frame has shown that it would.
+    """
+
+    def forgotten(unraisable: sys.UnraisableHookArgs) -> None:
+        if isinstance(unraisable.exc_value, KeyboardInterrupt):
+            leave()
+        sys.__unraisablehook__(unraisable)
+
+    signal.signal(signal.SIGINT, handler)
+    sys.unraisablehook = forgotten

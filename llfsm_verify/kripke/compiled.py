@@ -13,7 +13,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from llfsm_verify.backends.native.uninterrupted import whole
+from llfsm_verify.interrupts import whole
 from llfsm_verify.kept import FOLDER, fingerprint, keep, kept, place
 from llfsm_verify.kripke.kernels.entries import MODULES
 from llfsm_verify.kripke.texts import PREFIX, shipped, sources, translated

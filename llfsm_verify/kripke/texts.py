@@ -14,7 +14,7 @@ from functools import cache
 from importlib import import_module, resources
 from typing import Any
 
-from llfsm_verify.backends.native.uninterrupted import whole
+from llfsm_verify.interrupts import whole
 from llfsm_verify.kept import fingerprint
 from llfsm_verify.kripke.kernels.entries import SHARED
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from llfsm_verify.backends.native.layout import WORD_BITS
-from llfsm_verify.backends.native.uninterrupted import whole
+from llfsm_verify.interrupts import whole
 from llfsm_verify.monitoring.lookup import WalkTable
 
 Place = tuple[int, int]

@@ -12,7 +12,7 @@ import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import BinaryIO
+from typing import BinaryIO, NoReturn
 
 from llfsm_verify import interrupts
 from llfsm_verify.checking.problem import Problem
@@ -69,22 +69,19 @@ def main() -> None:
     """Read a job, do it, write the answer; ends this process."""
     said, sys.stdout = sys.stdout.buffer, sys.stderr  # nothing that is printed may get into the answer
     try:
-        interrupts.serve()
-        sys.unraisablehook = _unraisable
+        interrupts.serve(_leave)
         do_one_task()
         answer = _answered(sys.stdin.buffer)
     except KeyboardInterrupt:
-        os._exit(INTERRUPTED)
+        _leave()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # there is nothing left to end
     said.write(pickle.dumps(answer))
     said.flush()
     os._exit(0)  # the thread holds standard input
 
 
-def _unraisable(unraisable: sys.UnraisableHookArgs) -> None:
-    if isinstance(unraisable.exc_value, KeyboardInterrupt):
-        os._exit(INTERRUPTED)
-    sys.__unraisablehook__(unraisable)
+def _leave() -> NoReturn:
+    os._exit(INTERRUPTED)
 
 
 def _answered(source: BinaryIO) -> Reply:

@@ -68,7 +68,7 @@ def test_a_program_that_calls_us_keeps_its_own_handler():
 
 
 PRESSED_ONCE = """
-import ctypes, os, signal, threading, time, weakref
+import ctypes, gc, os, signal, threading, time, weakref
 from concurrent import futures
 from llfsm_verify.cli.io import interrupt
 interrupt.serve()
@@ -153,6 +153,16 @@ def forget():
     collected = Collected()
     weakref.finalize(collected, press)
 
+def told(phase, _):
+    if phase == "stop":
+        press()
+
+def collect():
+    gc.disable()
+    gc.callbacks.append(told)
+    gc.collect()
+    gc.callbacks.remove(told)
+
 try:
     DO()
     while True:
@@ -162,7 +172,7 @@ except KeyboardInterrupt:
 """
 
 
-@pytest.mark.parametrize("what", ["convert", "destroy", "construct", "lock", "wait", "forget"])
+@pytest.mark.parametrize("what", ["convert", "destroy", "construct", "lock", "wait", "forget", "collect"])
 def test_an_interrupt_waits_where_it_would_be_lost_or_break_something(what: str):
     """Ctypes makes `ArgumentError` of it, Python forgets it, a destructor misses an attribute, a lock stays taken."""
     script = PRESSED_ONCE.replace("DO", what)

@@ -9,7 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, Literal
 
-from llfsm_verify.backends.native.uninterrupted import whole
+from llfsm_verify.interrupts import whole
 from llfsm_verify.kept import fingerprint, keep_newest, keeping_meanwhile, kept, place
 
 Effort = Literal["quick", "full"]

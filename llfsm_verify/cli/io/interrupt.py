@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 from types import FrameType
 
 from llfsm_verify import interrupts
@@ -21,8 +20,7 @@ def serve() -> None:
     command in the background of a shell), it stays ignored.
     """
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, _interrupt)
-        sys.unraisablehook = _unraisable
+        interrupts.serve(_leave, _interrupt)
 
 
 def finish() -> None:
@@ -38,12 +36,6 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
             _leave()
         caller = caller.f_back
     interrupts.interrupt(number, frame)
-
-
-def _unraisable(unraisable: sys.UnraisableHookArgs) -> None:
-    if isinstance(unraisable.exc_value, KeyboardInterrupt):
-        _leave()
-    sys.__unraisablehook__(unraisable)
 
 
 def _leave() -> None:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from types import FrameType
 
-from llfsm_verify.interrupts import SOON, waits
+from llfsm_verify.interrupts import SOON, deferring, waits
 from llfsm_verify.limits import Budget, Limits
 
 
@@ -16,45 +15,67 @@ class Overdue(BaseException):
     """Nobody but the suite catches it."""
 
 
-@contextmanager
-def within(seconds: float) -> Iterator[None]:
-    """Raises Overdue in the block after so much processor time, and then again and again.
+class Alarm:
+    """Raises an error in the block after so much time of a timer, and then every second of it.
 
-    Only in the main thread, where Python serves signals; elsewhere nothing ends the block.
+    It waits where the error would be lost or break something, and where Python has forgotten it all the same, it comes
+    again. Only in the main thread, where Python serves signals; elsewhere nothing is raised.
     """
-    with _alarm(signal.ITIMER_PROF, signal.SIGPROF, seconds, Overdue()):
-        yield
 
+    def __init__(self, timer: int, number: signal.Signals, seconds: float, error: BaseException) -> None:
+        self._timer = timer
+        self._number = number
+        self._seconds = seconds
+        self._error = error
+        self._raised: list[BaseException] = []
+        self._over = threading.current_thread() is not threading.main_thread()
 
-@contextmanager
-def interrupted(seconds: float) -> Iterator[list[BaseException]]:
-    """Ctrl-C in the block after so much processor time, and then every second of it; the list has what was raised.
-    Only in the main thread."""
-    with _alarm(signal.ITIMER_VIRTUAL, signal.SIGVTALRM, seconds, KeyboardInterrupt()) as raised:
-        yield raised
+    @deferring
+    def __enter__(self) -> list[BaseException]:
+        """The list of what was raised, which grows."""
+        if not self._over:
+            self._hook = sys.unraisablehook
+            self._handler = signal.signal(self._number, self._ring)
+            sys.unraisablehook = self._forgotten
+            self._again(self._seconds)
+        return self._raised
 
+    @deferring
+    def __exit__(self, *_: object) -> None:
+        if not self._over:
+            self._over = True
+            signal.setitimer(self._timer, 0)
+            signal.signal(self._number, self._handler)
+            sys.unraisablehook = self._hook
 
-@contextmanager
-def _alarm(timer: int, number: signal.Signals, seconds: float, error: BaseException) -> Iterator[list[BaseException]]:
-    raised: list[BaseException] = []
-    if threading.current_thread() is not threading.main_thread():
-        yield raised
-        return
+    def _again(self, seconds: float) -> None:
+        signal.setitimer(self._timer, seconds, 1.0)
 
-    def ring(_number: int, frame: FrameType | None) -> None:
+    def _ring(self, _number: int, frame: FrameType | None) -> None:
+        if self._over:
+            return
         if waits(frame):
-            signal.setitimer(timer, SOON, 1.0)
+            self._again(SOON)
         else:
-            raised.append(error)
-            raise error
+            self._raised.append(self._error)
+            raise self._error
 
-    before = signal.signal(number, ring)
-    signal.setitimer(timer, seconds, 1.0)
-    try:
-        yield raised
-    finally:
-        signal.setitimer(timer, 0)
-        signal.signal(number, before)
+    def _forgotten(self, unraisable: sys.UnraisableHookArgs) -> None:
+        if unraisable.exc_value is not self._error:
+            self._hook(unraisable)
+        elif not self._over:
+            self._raised.pop()
+            self._again(SOON)
+
+
+def within(seconds: float) -> Alarm:
+    """Raises Overdue in the block after so much processor time, and then again and again."""
+    return Alarm(signal.ITIMER_PROF, signal.SIGPROF, seconds, Overdue())
+
+
+def interrupted(seconds: float) -> Alarm:
+    """Ctrl-C in the block after so much processor time, and then every second of it."""
+    return Alarm(signal.ITIMER_VIRTUAL, signal.SIGVTALRM, seconds, KeyboardInterrupt())
 
 
 class StoppingBudget(Budget):

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import gc
+import signal
+import sys
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import suppress
 
 import pytest
 
@@ -89,6 +94,77 @@ def test_ctrl_c_waits_until_a_destructor_is_done() -> None:
     with pytest.raises(KeyboardInterrupt), interrupted(0.05):
         look()
     assert finished == [True]
+
+
+@pytest.mark.slow
+def test_ctrl_c_waits_until_those_are_told_whom_the_garbage_collector_tells() -> None:
+    """Hypothesis is one of them."""
+    finished = []
+
+    def told(_phase: str, _about: object) -> None:
+        burn(0.02)
+        finished.append(True)
+
+    def look() -> None:
+        while True:
+            gc.collect()
+            burn(0.02)
+
+    gc.callbacks.append(told)
+    try:
+        for _ in range(5):
+            with pytest.raises(KeyboardInterrupt), interrupted(0.01) as raised:
+                look()
+            assert len(raised) == 1 and finished
+    finally:
+        gc.callbacks.remove(told)
+
+
+def test_ctrl_c_that_python_has_forgotten_comes_again() -> None:
+    """No frame shows that a generator is closed because it is garbage."""
+    closed = []
+
+    def burning() -> Iterator[None]:
+        try:
+            yield
+        finally:
+            closed.append(True)
+            forever()
+
+    def look() -> None:
+        left = burning()
+        next(left)
+        del left
+        forever()
+
+    hook = sys.unraisablehook
+    with pytest.raises(KeyboardInterrupt), interrupted(0.01) as raised:
+        look()
+    assert closed == [True] and len(raised) == 1
+    assert sys.unraisablehook is hook
+
+
+def test_what_else_python_forgets_is_said_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[object] = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda unraisable: said.append(unraisable.exc_value))
+
+    class Failing:
+        def __del__(self) -> None:
+            raise ValueError("forgotten")
+
+    with within(60):
+        Failing()
+    assert [str(error) for error in said] == ["forgotten"]
+
+
+@pytest.mark.slow
+def test_after_the_block_nothing_rings() -> None:
+    handler = signal.getsignal(signal.SIGVTALRM)
+    for moment in range(50):
+        with suppress(KeyboardInterrupt), interrupted(0.0002 * moment + 0.0001):
+            burn(0.005)
+        assert signal.getsignal(signal.SIGVTALRM) is handler
+        assert signal.getitimer(signal.ITIMER_VIRTUAL) == (0, 0)
 
 
 @pytest.mark.parametrize(("error", "again"), [(KeyboardInterrupt(), False), (LimitReached("used up"), True)])

@@ -1,13 +1,14 @@
-"""Interrupts wait while LLVM works."""
+"""Where signals wait, and when they are served."""
 
 from __future__ import annotations
 
 import os
 import signal
+from types import FrameType
 
 import pytest
 
-from llfsm_verify.backends.native.uninterrupted import uninterrupted, whole
+from llfsm_verify.interrupts import uninterrupted, waits, whole
 
 
 def interrupt() -> None:
@@ -60,6 +61,22 @@ def test_what_is_ignored_stays_ignored():
     finally:
         signal.signal(signal.SIGINT, before)
     assert done == ["all of it"]
+
+
+def test_an_exception_of_another_signal_waits_too():
+    """Where its handler asks: that of an alarm, say."""
+    asked = []
+
+    def ring(_number: int, frame: FrameType | None) -> None:
+        asked.append(waits(frame))
+
+    before = signal.signal(signal.SIGUSR1, ring)
+    try:
+        whole(lambda: signal.raise_signal(signal.SIGUSR1))()
+        signal.raise_signal(signal.SIGUSR1)
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+    assert asked == [True, False]
 
 
 def test_without_an_interrupt_nothing_happens():
