@@ -12,6 +12,7 @@ from llfsm_verify.arrangement.files import STDIN
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace, TraceStep, letter_steps
 from llfsm_verify.checking.verdict import PropertyResult
+from llfsm_verify.diagnostics import counted
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.values import Shown, read_back
 from llfsm_verify.logic.properties import Property, PropertySet
@@ -51,7 +52,7 @@ class RunView:
         return True
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} of {self._arrangement.name}: {_counted(len(self), 'step')}>"
+        return f"<{type(self).__name__} of {self._arrangement.name}: {counted(len(self), 'step')}>"
 
     def __str__(self) -> str:
         return text_of(self._shown())
@@ -154,15 +155,11 @@ class RunView:
         try:
             return range(count)[step]
         except IndexError:
-            raise IndexError(f"there is no step {step}: the run has {_counted(count - 1, 'step')}") from None
+            raise IndexError(f"there is no step {step}: the run has {counted(count - 1, 'step')}") from None
 
     def _typed(self, texts: dict[str, str]) -> dict[str, Value]:
         machines = {machine.name for machine in self._arrangement.texts}
         return {name: text if name in machines else read_back(text) for name, text in texts.items()}
-
-
-def _counted(number: int, word: str) -> str:
-    return f"{number} {word}{'' if number == 1 else 's'}"
 
 
 @dataclass(frozen=True, slots=True, repr=False)

@@ -11,7 +11,7 @@ from llfsm_verify.arrangement.resolve.operators import KINDS
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.decided import UNDECIDED, say_results
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, counted
 from llfsm_verify.guarding.orders import Order
 from llfsm_verify.guarding.reaction_time import Pace, reaction
 from llfsm_verify.logic.properties import PropertySet
@@ -80,10 +80,10 @@ def guard_run(
             print(_said(happened), flush=True)
     code = say_results(monitors)
     if guard.widest:
-        promised = (
-            "" if every is None else f", and {cycles(every)} promised" if guard.widest > every else " as promised"
-        )
-        print(f"each frame was looked at within {cycles(guard.widest)}{promised}")
+        promised = ""
+        if every is not None:
+            promised = f", and {counted(every, 'cycle')} promised" if guard.widest > every else " as promised"
+        print(f"each frame was looked at within {counted(guard.widest, 'cycle')}{promised}")
     return UNDECIDED if not code and every is not None and guard.widest > every else code
 
 
@@ -94,8 +94,9 @@ def _beforehand(orders: Sequence[Order], pace: Pace | None, processes: int, peri
     commands = sum(order.kind is not None for order in orders)
     worst = reaction(pace, max(1, commands), processes).cycles
     time = f" ({worst * period:g} s)" if period else ""
-    after = f"at most {cycles(worst)}{time} after the frame that violates it"
-    lines = [f"when a property is violated: {named}, {after}, if each frame is looked at within {cycles(pace.every)}"]
+    looks = f"if each frame is looked at within {counted(pace.every, 'cycle')}"
+    after = f"at most {counted(worst, 'cycle')}{time} after the frame that violates it"
+    lines = [f"when a property is violated: {named}, {after}, {looks}"]
     missed = most_missed(pace.every)
     if missed:
         lines.append(f"up to {missed:,} frames at once may be missed then; what only these show is not seen")
@@ -108,10 +109,5 @@ def _said(happened: Decided | Sent | Acted) -> str:
             return f"{decided.frame}: {decided.line.name} is violated; sent: {', '.join(orders)}"
         case Acted(order, seen, frame, most):
             late = f", and at most {most} promised" if happened.late else ""
-            return f"{frame}: {order} is in force, {cycles(frame - seen)} after frame {seen}{late}"
+            return f"{frame}: {order} is in force, {counted(frame - seen, 'cycle')} after frame {seen}{late}"
     return f"{happened.frame}: {happened.line.name} is {happened.verdict}"
-
-
-def cycles(number: int) -> str:
-    """A number of cycles."""
-    return f"{number:,} cycle{'' if number == 1 else 's'}"

@@ -10,8 +10,8 @@ from llfsm_verify.arrangement.draft import Draft
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.cli.io.output import usage
-from llfsm_verify.cli.outside import command, cycles, refuse_undeclared
-from llfsm_verify.diagnostics import Source
+from llfsm_verify.cli.outside import command, refuse_undeclared
+from llfsm_verify.diagnostics import Source, counted
 from llfsm_verify.guarding.outside import PROPERTIES, Watch, with_outside_guard
 from llfsm_verify.guarding.reaction_time import Pace, reaction
 from llfsm_verify.guarding.transform import Task
@@ -49,16 +49,16 @@ def outside(
     worst = reaction(pace, len(orders))
     named = ", ".join(f"`{order.text}`" for order in orders)
     print(f"when the guard looks once in {_pace(pace)}:")
-    print(f"{named}: at most {cycles(worst.cycles)} after the frame that violates a property")
+    print(f"{named}: at most {counted(worst.cycles, 'cycle')} after the frame that violates a property")
     if arrangement.environment is not None:
         print("note: the proof is without the model of the surroundings, so inputs have any values")
     return 0 if options.no_proof else _prove(options, made, worst.cycles)
 
 
 def _pace(pace: Pace) -> str:
-    spoken = "each cycle" if pace.every == 1 else f"any {cycles(pace.every)}"
+    spoken = "each cycle" if pace.every == 1 else f"any {counted(pace.every, 'cycle')}"
     later = pace.looks - 1
-    wait = f", and commands {later} look{'' if later == 1 else 's'} after the one that sees it" if later else ""
+    wait = f", and commands {counted(later, 'look')} after the one that sees it" if later else ""
     return f"{spoken} of the arrangement{wait}"
 
 
@@ -68,7 +68,7 @@ def _prove(options: Namespace, made: Watch, worst: int) -> int:
     result = verify(made.arrangement, properties, Options(limits), options.engine)
     verdicts = [found.verdict for found in result.properties]
     for number, verdict in zip((worst, worst - 1), verdicts, strict=True):
-        print(f"{WORDS.get(verdict, 'unknown'):8}  at most {cycles(number)}")
+        print(f"{WORDS.get(verdict, 'unknown'):8}  at most {counted(number, 'cycle')}")
     if verdicts[1] is Verdict.HOLDS:
         print("no run is as late as the first bound allows: perhaps no frame violates the property")
     for reason in _unknown(result):

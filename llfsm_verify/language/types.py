@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
+from llfsm_verify.diagnostics import counted
+
 
 @dataclass(frozen=True, slots=True)
 class BoolType:
@@ -63,7 +65,7 @@ class DecimalType:
 
     def __str__(self) -> str:
         if self.low is None or self.high is None:
-            return f"decimal with {self.digits} digit{'s' if self.digits != 1 else ''} after the point"
+            return f"decimal with {counted(self.digits, 'digit')} after the point"
         return f"{decimal_text(self.low, self.digits)}..{decimal_text(self.high, self.digits)}"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from llfsm_verify.automata.boolean import Guards
+from llfsm_verify.diagnostics import counted
 from llfsm_verify.logic.formula import to_text
 from llfsm_verify.monitoring.properties import Monitored, shown
 from llfsm_verify.monitoring.states import Monitor, Monitorability, MonitorVerdict
@@ -25,7 +26,7 @@ def summary(found: Monitored) -> str:
     if monitor.monitorability is not Monitorability.NEVER:
         count = len(monitor.verdicts)
         parts = [f"{n} {what}" for what, n in _counted(monitor) if n]
-        lines.append(f"  {count} state{'s' if count > 1 else ''}: {', '.join(parts)}")
+        lines.append(f"  {counted(count, 'state')}: {', '.join(parts)}")
     return "\n".join(lines)
 
 

@@ -62,8 +62,7 @@ def fault_text(result: Result) -> str:
         return "no run ends in a fault"
     if faults.verdict is Verdict.UNKNOWN:
         return faults.reason or "the search did not reach every configuration"
-    count = len(faults.findings)
-    return f"{count} place{'s' if count != 1 else ''} where a run ends in a fault"
+    return f"{counted(len(faults.findings), 'place')} where a run ends in a fault"
 
 
 def summary_text(result: Result, whole: float | None = None) -> str:
@@ -137,9 +136,8 @@ def left_out_text(result: Result) -> str:
 
 def ending_text(longest: int) -> str:
     """That every run ends, the longest after so many steps."""
-    plural = "s" if longest != 1 else ""
     end = "then every machine that is loaded is in a state without transitions"
-    return f"every run ends, after at most {longest:,} step{plural}: {end}"
+    return f"every run ends, after at most {counted(longest, 'step')}: {end}"
 
 
 def under_assumptions(result: Result) -> str:

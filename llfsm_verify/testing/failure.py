@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.replay.confirm import Disagreement, first_letter, perform
 from llfsm_verify.checking.trace import Trace
+from llfsm_verify.diagnostics import counted
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.saving import SUFFIX, document_of, saved_text, write_traces
@@ -82,8 +83,7 @@ def report_of(run: Run) -> str:
     """The failure in words, its steps, and a program that repeats it."""
     from llfsm_verify.report.plain import plain_text
 
-    changes = f"{run.changes} change{'' if run.changes == 1 else 's'} of inputs"
-    size = f"{run.steps} step{'' if run.steps == 1 else 's'}, {changes}"
+    size = f"{counted(run.steps, 'step')}, {counted(run.changes, 'change')} of inputs"
     return "\n".join([plain_text(_shown(run)), f"{size}. The same run again:\n", run.program()])
 
 

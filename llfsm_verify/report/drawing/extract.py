@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from llfsm_verify.arrangement.model import ACTION_KINDS, Arrangement, Machine, State
+from llfsm_verify.diagnostics import counted
 from llfsm_verify.language.typed import Statement
 from llfsm_verify.report.drawing.graph import Edge, EdgeKind, Graph, Node, NodeKind, shorten
 from llfsm_verify.report.drawing.uses import commanded, watched, whiteboard_uses
@@ -83,7 +84,7 @@ def _machine_nodes(arrangement: Arrangement, keys: dict[str, str]) -> Iterator[N
         for position, name in enumerate(process.schedule, 1):
             machine = arrangement.machine(name)
             lines = (machine.kind,) if machine.kind != name else ()
-            states = f"{len(machine.states)} state{'s' if len(machine.states) != 1 else ''}"
+            states = counted(len(machine.states), "state")
             pool = ("pool",) if not machine.loaded else ()
             where = inside.get(name, group)
             yield Node(keys[name], f"{position}. {name}", (*lines, states, *pool), "machine", where)
