@@ -1,7 +1,7 @@
 """Where an exception that a signal raises would be lost, or break something: there the signal has to wait.
 
-`deferring` is for all of it that our own handlers serve. `whole` is for what must not be broken by other handlers
-either: Python's own, or those of a program that imports us.
+`deferring` is enough where only our own handlers can come. `whole` keeps off all others as well: Python's own, and
+those of a program that imports us.
 """
 
 from __future__ import annotations
@@ -15,8 +15,7 @@ import threading
 import time
 import weakref
 from _thread import start_new_thread
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
 from types import CodeType, FrameType, FunctionType
@@ -29,8 +28,6 @@ SOON = 0.005
 """Seconds after which it is tried again."""
 TOLD_OF_THE_END = (weakref.__file__, _weakrefset.__file__)
 """Modules whose functions are told that an object is gone."""
-SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
-"""Those that may be made into an exception."""
 LOCKING = (threading.__file__, str(Path(threading.__file__).parent / "concurrent" / "futures" / "_base.py"))
 HOLDING = frozenset({"__enter__", "__exit__", "_release_save", "_acquire_restore"})
 """Functions of the modules `LOCKING` that take or release locks, which their caller then releases or takes again."""
@@ -45,45 +42,55 @@ def deferring(function: Callable[P, R]) -> Callable[P, R]:
     return function
 
 
-@contextmanager
-def uninterrupted() -> Iterator[None]:
-    """A signal with a handler of Python's that comes meanwhile is served at the end.
-
-    Other threads than the main one never get any.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    came: list[int] = []
-
-    def note(number: int, _frame: FrameType | None) -> None:
-        came.append(number)
-
-    handlers = {number: handler for number in SIGNALS if callable(handler := signal.getsignal(number))}
-    for number in handlers:
-        signal.signal(number, note)
-    try:
-        yield
-    finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-        if came:
-            signal.raise_signal(came[0])
-
-
 def whole(function: Callable[P, R]) -> Callable[P, R]:
-    """The function without signals in between.
+    """The function without signals in between: those that come meanwhile are served at its end.
 
-    LLVM needs it: an exception in between would leave modules with two owners, and free them twice.
+    LLVM needs it: an exception in between would leave modules with two owners, and free them twice. Only the main
+    thread serves signals.
     """
 
-    @deferring
     @wraps(function)
     def shielded(*args: P.args, **kwargs: P.kwargs) -> R:
-        with uninterrupted():
+        if threading.current_thread() is not threading.main_thread():
             return function(*args, **kwargs)
+        came: dict[int, None] = {}
+        try:
+            return _noting(came, lambda: function(*args, **kwargs))
+        finally:
+            _raise_each(list(came))
 
     return shielded
+
+
+@deferring
+def _noting(came: dict[int, None], work: Callable[[], R]) -> R:
+    """What `work` gives; `came` takes the signals with a handler in Python that come meanwhile."""
+    numbers = signal.valid_signals()
+    handlers = {number: handler for number in numbers if callable(handler := signal.getsignal(number))}
+    noting = True
+
+    def note(number: int, frame: FrameType | None) -> None:
+        if noting:
+            came[number] = None
+        else:  # a handler that was put back raised an exception before this one was
+            handlers[signal.Signals(number)](number, frame)
+
+    try:
+        for number in handlers:
+            signal.signal(number, note)
+        return work()
+    finally:
+        noting = False
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+
+
+def _raise_each(numbers: list[int]) -> None:
+    if numbers:
+        try:
+            signal.raise_signal(numbers[0])
+        finally:
+            _raise_each(numbers[1:])
 
 
 def waits(frame: FrameType | None) -> bool:
@@ -125,9 +132,10 @@ def _again(number: int) -> None:
 def serve(leave: Callable[[], None], handler: Callable[[int, FrameType | None], None] = interrupt) -> None:
     """From now on Ctrl-C raises KeyboardInterrupt, also where the process was started with Ctrl-C ignored.
 
-    `leave` ends the process, where Python forgets the exception and no frame has shown that it would.
+    `leave` ends the process when Python has forgotten a KeyboardInterrupt all the same.
     """
 
+    @deferring
     def forgotten(unraisable: sys.UnraisableHookArgs) -> None:
         if isinstance(unraisable.exc_value, KeyboardInterrupt):
             leave()

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import os
 import signal
-from types import FrameType
+from collections.abc import Callable
 
 import pytest
 
-from llfsm_verify.interrupts import uninterrupted, waits, whole
+from llfsm_verify import interrupts
+from llfsm_verify.interrupts import whole
 
 
 def interrupt() -> None:
     os.kill(os.getpid(), signal.SIGINT)
+
+
+def again_and_again(work: Callable[[], None]) -> None:
+    while True:
+        work()
 
 
 def test_an_interrupt_is_served_at_the_end():
@@ -50,33 +56,108 @@ def test_a_termination_waits_too():
 
 
 def test_what_is_ignored_stays_ignored():
+    @whole
+    def work() -> None:
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+        interrupt()
+        done.append("all of it")
+
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     done = []
     try:
-        with uninterrupted():
-            assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-            interrupt()
-            done.append("all of it")
+        work()
         assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     finally:
         signal.signal(signal.SIGINT, before)
     assert done == ["all of it"]
 
 
-def test_an_exception_of_another_signal_waits_too():
-    """Where its handler asks: that of an alarm, say."""
-    asked = []
+@pytest.mark.parametrize("number", [signal.SIGALRM, signal.SIGUSR1])
+def test_a_signal_of_the_program_that_imports_us_waits(number: signal.Signals):
+    """That of a timeout, say."""
 
-    def ring(_number: int, frame: FrameType | None) -> None:
-        asked.append(waits(frame))
+    def late(_number: int, _frame: object) -> None:
+        raise TimeoutError
 
-    before = signal.signal(signal.SIGUSR1, ring)
+    @whole
+    def work() -> None:
+        signal.raise_signal(number)
+        done.append("all of it")
+
+    before = signal.signal(number, late)
+    done = []
     try:
-        whole(lambda: signal.raise_signal(signal.SIGUSR1))()
-        signal.raise_signal(signal.SIGUSR1)
+        with pytest.raises(TimeoutError):
+            work()
     finally:
-        signal.signal(signal.SIGUSR1, before)
-    assert asked == [True, False]
+        signal.signal(number, before)
+    assert done == ["all of it"]
+
+
+def test_of_two_signals_both_are_served():
+    served = []
+
+    @whole
+    def work() -> None:
+        interrupt()
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    def note(number: int, _frame: object) -> None:
+        served.append(number)
+
+    before = signal.signal(signal.SIGTERM, note)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            work()
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert served == [signal.SIGTERM]
+
+
+def test_our_own_handler_is_served_between_two_calls():
+    """However fast they follow each other."""
+
+    @whole
+    def work() -> None:
+        signal.raise_signal(signal.SIGINT)
+        done.append("all of it")
+
+    before = signal.signal(signal.SIGINT, interrupts.interrupt)
+    done = []
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            again_and_again(work)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert done == ["all of it"]
+
+
+def test_a_signal_while_handlers_are_put_back_leaves_no_other_dead(monkeypatch):
+    """Python serves signals before it changes a handler, so an exception comes out of that."""
+    pressed, served = [], []
+    change = signal.signal
+
+    def pressing(number, handler):
+        before = change(number, handler)
+        if number == signal.SIGINT and handler is signal.default_int_handler and not pressed:
+            pressed.append(True)
+            interrupt()
+        return before
+
+    def note(number: int, _frame: object) -> None:
+        served.append(number)
+
+    before = signal.signal(signal.SIGTERM, note)
+    try:
+        monkeypatch.setattr(signal, "signal", pressing)
+        with pytest.raises(KeyboardInterrupt):
+            whole(lambda: None)()
+        monkeypatch.undo()
+        assert pressed
+        signal.raise_signal(signal.SIGTERM)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert served == [signal.SIGTERM]
 
 
 def test_without_an_interrupt_nothing_happens():

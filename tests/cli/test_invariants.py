@@ -181,10 +181,11 @@ def test_long_inductions_end_with_the_time(tmp_path: Path) -> None:
 def test_an_interrupt_leaves_what_is_known(tmp_path: Path, engine: str) -> None:
     path = tmp_path / "counter.yaml"
     path.write_text(COUNTER)
-    command = [sys.executable, "-m", "llfsm_verify", "verify", str(path), "-p", "step: G step >= 1", "-p", RUN_DOWN]
+    undecided = ("-p", RUN_DOWN, "-p", "G (c@DRAIN -> X F c@RUN)")
+    command = [sys.executable, "-m", "llfsm_verify", "verify", str(path), "-p", "step: G step >= 1", *undecided]
     pipe = subprocess.PIPE
     process = subprocess.Popen([*command, "--engine", engine, "-q"], stdout=pipe, stderr=pipe, text=True)
-    wait_for_processor_time(process, 10)
+    wait_for_processor_time(process, 5)  # `step` is known in half a second, and all is tried in 20
     process.send_signal(signal.SIGINT)
     output, errors = ended(process)
     assert process.returncode == 130 and errors == ""

@@ -16,10 +16,11 @@ class Overdue(BaseException):
 
 
 class Alarm:
-    """Raises an error in the block after so much time of a timer, and then every second of it.
+    """Raises an error in one block after so much time of a timer, and then every second of it.
 
-    It waits where the error would be lost or break something, and where Python has forgotten it all the same, it comes
-    again. Only in the main thread, where Python serves signals; elsewhere nothing is raised.
+    It waits where the error would be lost or break something, and comes again when Python has forgotten it all the
+    same. Only in the main thread, where Python serves signals; elsewhere nothing is raised. Blocks with the same timer
+    cannot be inside each other.
     """
 
     def __init__(self, timer: int, number: signal.Signals, seconds: float, error: BaseException) -> None:
@@ -28,12 +29,14 @@ class Alarm:
         self._seconds = seconds
         self._error = error
         self._raised: list[BaseException] = []
-        self._over = threading.current_thread() is not threading.main_thread()
+        self._block: FrameType | None = None
+        """The function with the block, as long as it is in the block."""
 
     @deferring
     def __enter__(self) -> list[BaseException]:
         """The list of what was raised, which grows."""
-        if not self._over:
+        if threading.current_thread() is threading.main_thread():
+            self._block = sys._getframe(1)
             self._hook = sys.unraisablehook
             self._handler = signal.signal(self._number, self._ring)
             sys.unraisablehook = self._forgotten
@@ -42,30 +45,42 @@ class Alarm:
 
     @deferring
     def __exit__(self, *_: object) -> None:
-        if not self._over:
-            self._over = True
-            signal.setitimer(self._timer, 0)
-            signal.signal(self._number, self._handler)
-            sys.unraisablehook = self._hook
+        if self._block is not None:
+            self._end()
+
+    def _end(self) -> None:
+        self._block = None
+        signal.setitimer(self._timer, 0)
+        signal.signal(self._number, self._handler)
+        sys.unraisablehook = self._hook
 
     def _again(self, seconds: float) -> None:
         signal.setitimer(self._timer, seconds, 1.0)
 
     def _ring(self, _number: int, frame: FrameType | None) -> None:
-        if self._over:
+        if self._block is None:
             return
-        if waits(frame):
+        if not _inside(frame, self._block):  # another signal's exception has left the block, before `__exit__` began
+            self._end()
+        elif waits(frame):
             self._again(SOON)
         else:
             self._raised.append(self._error)
             raise self._error
 
+    @deferring
     def _forgotten(self, unraisable: sys.UnraisableHookArgs) -> None:
         if unraisable.exc_value is not self._error:
             self._hook(unraisable)
-        elif not self._over:
+        elif self._block is not None:
             self._raised.pop()
             self._again(SOON)
+
+
+def _inside(frame: FrameType | None, block: FrameType) -> bool:
+    while frame is not None and frame is not block:
+        frame = frame.f_back
+    return frame is block
 
 
 def within(seconds: float) -> Alarm:

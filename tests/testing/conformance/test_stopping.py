@@ -12,10 +12,11 @@ from contextlib import suppress
 
 import pytest
 
+from llfsm_verify.interrupts import whole
 from llfsm_verify.limits import LimitReached, Limits
 from llfsm_verify.testing.conformance import Case, Outcome
 from llfsm_verify.testing.conformance.outcome import Wrong
-from llfsm_verify.testing.conformance.stopping import StoppingBudget, interrupted, within
+from llfsm_verify.testing.conformance.stopping import Overdue, StoppingBudget, interrupted, within
 
 
 def outcome(look: object, patience: float = 60) -> Outcome:
@@ -77,71 +78,132 @@ def test_in_another_thread_nothing_is_raised() -> None:
     assert done == [[]]
 
 
-@pytest.mark.slow
+def ring() -> None:
+    """What the timer of `interrupted` does."""
+    signal.raise_signal(signal.SIGVTALRM)
+
+
 def test_ctrl_c_waits_until_a_destructor_is_done() -> None:
     """Python forgets what is raised in one."""
     finished = []
 
-    class Slow:
+    class Pressed:
         def __del__(self) -> None:
-            burn(0.2)
+            ring()
             finished.append(True)
 
     def look() -> None:
-        Slow()
+        Pressed()
         forever()
 
-    with pytest.raises(KeyboardInterrupt), interrupted(0.05):
+    with pytest.raises(KeyboardInterrupt), interrupted(60):
         look()
     assert finished == [True]
 
 
-@pytest.mark.slow
-def test_ctrl_c_waits_until_those_are_told_whom_the_garbage_collector_tells() -> None:
-    """Hypothesis is one of them."""
+def test_ctrl_c_waits_for_callbacks_of_the_garbage_collector() -> None:
+    """Hypothesis has one."""
     finished = []
 
     def told(_phase: str, _about: object) -> None:
-        burn(0.02)
-        finished.append(True)
+        if not finished:
+            ring()
+            finished.append(True)
 
     def look() -> None:
-        while True:
-            gc.collect()
-            burn(0.02)
+        gc.callbacks.append(told)
+        gc.collect()
+        forever()
 
-    gc.callbacks.append(told)
     try:
-        for _ in range(5):
-            with pytest.raises(KeyboardInterrupt), interrupted(0.01) as raised:
-                look()
-            assert len(raised) == 1 and finished
+        with pytest.raises(KeyboardInterrupt), interrupted(60) as raised:
+            look()
     finally:
         gc.callbacks.remove(told)
+    assert finished == [True] and len(raised) == 1
 
 
 def test_ctrl_c_that_python_has_forgotten_comes_again() -> None:
     """No frame shows that a generator is closed because it is garbage."""
     closed = []
 
-    def burning() -> Iterator[None]:
+    def pressed() -> Iterator[None]:
         try:
             yield
         finally:
             closed.append(True)
-            forever()
+            ring()
+            closed.append(False)
 
     def look() -> None:
-        left = burning()
+        left = pressed()
         next(left)
         del left
         forever()
 
     hook = sys.unraisablehook
-    with pytest.raises(KeyboardInterrupt), interrupted(0.01) as raised:
+    with pytest.raises(KeyboardInterrupt), interrupted(60) as raised:
         look()
     assert closed == [True] and len(raised) == 1
     assert sys.unraisablehook is hook
+
+
+def test_an_alarm_at_work_on_what_was_forgotten_is_not_disturbed() -> None:
+    """By another alarm, which comes after it."""
+    pressed = []
+
+    class Failing:
+        def __del__(self) -> None:
+            raise ValueError("forgotten")
+
+    def look() -> None:
+        Failing()
+        forever()
+
+    def press(_unraisable: object) -> None:
+        pressed.append(True)
+        signal.raise_signal(signal.SIGPROF)
+        pressed.append(False)
+
+    before, sys.unraisablehook = sys.unraisablehook, press
+    try:
+        with pytest.raises(Overdue), within(60) as overdue, interrupted(60) as raised:
+            look()
+    finally:
+        sys.unraisablehook = before
+    assert (pressed, len(overdue), raised) == ([True, False], 1, [])
+
+
+def test_a_block_that_was_left_without_its_end_does_not_ring() -> None:
+    """An exception of another signal comes before `__exit__` has begun."""
+    alarm = interrupted(60)
+
+    def look() -> None:
+        alarm.__enter__()
+
+    handler, hook = signal.getsignal(signal.SIGVTALRM), sys.unraisablehook
+    look()
+    ring()
+    assert signal.getsignal(signal.SIGVTALRM) is handler and sys.unraisablehook is hook
+    assert signal.getitimer(signal.ITIMER_VIRTUAL) == (0, 0)
+
+
+def test_ctrl_c_comes_between_calls_that_are_whole() -> None:
+    """However fast they follow each other."""
+
+    @whole
+    def work() -> None:
+        ring()
+        done.append(True)
+
+    def look() -> None:
+        while True:
+            work()
+
+    done: list[bool] = []
+    with pytest.raises(KeyboardInterrupt), interrupted(60):
+        look()
+    assert done == [True]
 
 
 def test_what_else_python_forgets_is_said_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
