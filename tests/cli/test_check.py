@@ -39,6 +39,16 @@ def test_what_belongs_to_none_is_fine(folder):
     assert llfsm("check", "compose.yaml").stdout == ""
 
 
+def test_properties_beside_no_arrangement_are_named(folder):
+    """A user who names them expects that they are checked."""
+    (folder / "lost.ltl").write_text("p: G false\n")
+    done = llfsm("check", "model/arrangement.yaml", "lost.ltl", "-q")
+    said = (
+        "note: lost.ltl belongs to no arrangement, so it was not checked; `llfsm verify ARRANGEMENT lost.ltl` checks it"
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", said + "\n")
+
+
 @pytest.mark.slow
 def test_everything_below_and_the_most_important_code(folder):
     done = llfsm("check")
