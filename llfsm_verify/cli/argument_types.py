@@ -39,6 +39,13 @@ def assignments(option: str, items: Iterable[str]) -> dict[str, str]:
     return found
 
 
+def property_text(text: str) -> str:
+    """One or more lines of a property file, of which one is more than a comment."""
+    if all(not line.strip() or line.lstrip().startswith("#") for line in text.splitlines()):
+        raise ArgumentTypeError("there is no property in this text")
+    return text
+
+
 def positive(text: str) -> int:
     """A whole number from 1."""
     digits = text.lstrip("0")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentTypeError
 from typing import TYPE_CHECKING, Any
 
-from llfsm_verify.cli.argument_types import positive, seconds, size, width
+from llfsm_verify.cli.argument_types import positive, property_text, seconds, size, width
 from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.registry import Unregistered
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
@@ -38,7 +38,7 @@ def property_files(to: _ActionsContainer, text: str = "property files; - reads s
 
 def property_lines(to: _ActionsContainer, text: str = "one line of a property file") -> None:
     """Properties in the command itself, and the syntax of all properties."""
-    repeatable(to, "-p", "--property", metavar="TEXT", text=text)
+    repeatable(to, "-p", "--property", metavar="TEXT", text=text, type=property_text)
     syntax(to)
 
 

@@ -15,7 +15,6 @@ from llfsm_verify.cli.common_arguments import (
     property_files,
     property_lines,
     repeatable,
-    syntax,
 )
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.report.timeline.formats import TIMELINES
@@ -161,15 +160,8 @@ def trace_arguments(parser: Parser) -> None:
         choices=(*TIMELINES, "trace"),
         help=f"the format (default: by the ending of the output's name): {formats}",
     )
-    add(
-        "-p",
-        "--property",
-        metavar="TEXT",
-        action="append",
-        default=[],
-        help="for --to trace: the property that the trace is about, or an assumption (default: the fault at its end)",
-    )
-    syntax(parser)
+    about = "for --to trace: the property that the trace is about, or an assumption (default: the fault at its end)"
+    property_lines(parser, about)
     parser.set_defaults(properties=[])
     output(parser)
     add(

@@ -9,7 +9,7 @@ from itertools import accumulate
 from pathlib import Path
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
-from llfsm_verify.files import read_regular
+from llfsm_verify.files import hint_of_near, read_regular
 from llfsm_verify.logic import codes
 
 MAX_BYTES = 4 << 20
@@ -46,6 +46,9 @@ def read_source(path: str | os.PathLike[str], *, regular: bool = False) -> Sourc
                 data = file.read(MAX_BYTES + 1)
     except IsADirectoryError:
         raise _error(codes.DIRECTORY, name, "this is a directory", "name a property file in it") from None
+    except FileNotFoundError:
+        hint = None if regular else hint_of_near(name)
+        raise _error(codes.UNREADABLE, name, "there is no such file", hint) from None
     except (OSError, ValueError) as e:
         reason = e.strerror if isinstance(e, OSError) and e.strerror else str(e)
         raise _error(codes.UNREADABLE, name, f"cannot read the property file: {reason}") from None

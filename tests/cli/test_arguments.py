@@ -4,7 +4,7 @@ from argparse import ArgumentTypeError
 
 import pytest
 
-from llfsm_verify.cli.argument_types import MOST, positive, size
+from llfsm_verify.cli.argument_types import MOST, positive, property_text, size
 from llfsm_verify.cli.arguments import llfsm_parser, verify_parser
 from llfsm_verify.cli.running import steps
 from llfsm_verify.verification.engines import ENGINES
@@ -17,6 +17,19 @@ from tests.cli.running import LIGHTS, llfsm
 )
 def test_sizes(text, value):
     assert size(text) == value
+
+
+@pytest.mark.parametrize("text", ["", "  ", "# fair: G F car", "#\n\n # b"])
+def test_a_text_without_a_property_is_refused(text):
+    done = llfsm("verify", LIGHTS, "-p", text)
+    assert (done.returncode, done.stdout) == (
+        2,
+        "",
+    ) and "-p/--property: there is no property in this text" in done.stderr
+
+
+def test_a_comment_before_a_property_is_none_of_that():
+    assert property_text("# all\np: G a") == "# all\np: G a"
 
 
 @pytest.mark.parametrize("text", ["1", "512", "1.5", " 8 "])

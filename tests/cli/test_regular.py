@@ -193,9 +193,9 @@ def test_no_property_of_the_command_line_goes_on_into_the_next():
     )
     places = [line.split(" ")[1:4] for line in done.stderr.splitlines() if "error[" in line]
     assert done.returncode == 3 and [place[0] for place in places] == ["line>:1:20:", "line>:2:10:", "line>:3:1:"]
-    done = llfsm("verify", LIGHTS, "-q", "-p", "G (ns@RED ||\n!ns@RED)", "-p", "", "-p", "G !(ns@GREEN && ew@GREEN)")
+    done = llfsm("verify", LIGHTS, "-q", "-p", "G (ns@RED ||\n!ns@RED)", "-p", "G !(ns@GREEN && ew@GREEN)")
     assert [line.split()[:2] for line in done.stdout.splitlines()] == [
         ["holds", "L1"],
-        ["holds", "L4"],
+        ["holds", "L3"],
         ["holds", "faults"],
     ]

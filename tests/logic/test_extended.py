@@ -81,7 +81,14 @@ def test_spellings(text, formula):
         ("p S q T r", "E325", 7, "(p S q) T r"),
         ("YO p", "E323", 1, "Y O p"),
         ("Y > 3", "E324", 1, '"Y"'),
+        ("Y (F<= 1.5 s p)", "E324", 4, '`"F"` for a variable of that name, or `F[<=1.5s]` for a bound in time'),
         ("p since q", "E322", 3, "write `S`"),
+        ("always(p)", "E322", 7, "write `G`"),
+        ("AG p", "E322", 4, "`AG` is an operator of CTL; every property here is about all runs, so write `G`"),
+        ("AF (p && X q)", "E322", 4, "so write `F`"),
+        ("A X p", "E322", 3, "so write `X`"),
+        ("EF(p)", "E322", 3, "`llfsm query ARRANGEMENT p` tells whether a run reaches p"),
+        ("E G p", "E322", 3, "`E G` is an operator of CTL"),
     ],
 )
 def test_mistakes(text, code, column, hint):

@@ -74,7 +74,7 @@ def test_contradictory_assumptions_may_be_allowed(project):
         ("holds('G m@OPEN', assume='F false')", "is unknown: G m@OPEN (because no run satisfies the assumptions"),
         ("file('props.ltl', violated=['never'], accept_vacuity=['x'])", "has no property `x`"),
         ("holds()", "a check needs a property"),
-        ("file('gone.ltl')", "cannot read the property file"),
+        ("file('gone.ltl')", "there is no such file"),
         ("file('props.ltl', violated=[*'fedcba'])", "has no property `a`, `b`, `c`, `d`, `e`, `f`"),
         ("on('gone.yaml').holds('G true')", "there is no such file"),
     ],

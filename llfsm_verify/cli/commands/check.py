@@ -18,6 +18,7 @@ from llfsm_verify.cli import report_failure
 from llfsm_verify.cli.inputs import files_read
 from llfsm_verify.cli.io.output import Output
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, without_controls
+from llfsm_verify.files import hint_of_near
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import read_source as read_property_source
 from llfsm_verify.verification.verify import verify
@@ -88,7 +89,8 @@ def _arrangements(names: Sequence[str]) -> list[Path]:
     for name in names:
         path = Path(name)
         if not name or not path.exists():
-            raise DiagnosticError(Diagnostic("E001", "there is no such file", file=name or "<empty path>"))
+            shown, hint = name or "<empty path>", hint_of_near(path) if name else None
+            raise DiagnosticError(Diagnostic("E001", "there is no such file", file=shown, hint=hint))
         new = list(filter(_is_arrangement, _below(path)) if path.is_dir() else _belongs_to(path))
         if not new and path.suffix == PROPERTIES:
             note = f"note: {path} belongs to no arrangement, so it was not checked; "

@@ -15,7 +15,7 @@ from llfsm_verify.logic.bounds import MAX_STEPS_IN_ALL, steps_in_all
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, atom, depth, negation, operators
 from llfsm_verify.logic.formula import atoms as atoms_of
 from llfsm_verify.logic.parsing.bounds import Bound, read_bound
-from llfsm_verify.logic.parsing.mistakes import NO_BITS, misfit, refuse_joined
+from llfsm_verify.logic.parsing.mistakes import NO_BITS, misfit, refuse_operator
 from llfsm_verify.logic.parsing.plain import parse_plain
 from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, TEMPORAL_PAIRS, odd, tokenise
 from llfsm_verify.logic.parsing.words import Words, check_words
@@ -226,7 +226,7 @@ class _Builder:
     def call(self, children: list[_Node | Token]) -> _Node:
         name, opening = cast(_Node, children[0]), cast(Token, children[1])
         if name.first == name.last:
-            refuse_joined(self._words, name.first)
+            refuse_operator(self._words, name.first)
         edge = name.first == name.last and self._words.tokens[name.first].text in EDGES
         for child in children:
             if isinstance(child, _Node) and not (edge and _is_condition(child)):

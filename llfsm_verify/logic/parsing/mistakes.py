@@ -13,6 +13,8 @@ from llfsm_verify.logic.parsing.words import Words
 from llfsm_verify.logic.patterns import SIMPLE
 
 _LETTERS = frozenset("GFXUWRMYZOHST")
+_BOUND = re.compile(r"\s*[<>]=\s*[0-9.]+\s*m?s\b")
+"""A bound in time without its brackets."""
 _JOINED = re.compile(r"[GFXYZOH]{2,}\Z")
 NO_BITS = "a property has no bit operations: calculate them in a variable, and compare that"
 """What is said where `&`, `<<` and the like stand between numbers."""
@@ -58,18 +60,25 @@ def misfit(words: Words, i: int) -> DiagnosticError:
     return words.error(codes.OPERAND_MISSING, f"something is missing before `{token.text}`", i, i, hint)
 
 
-def refuse_joined(words: Words, i: int) -> None:
+def refuse_operator(words: Words, i: int) -> None:
+    """DiagnosticError when the name number `i`, which looks like a function, is an operator in other languages."""
+    _refuse_joined(words, i)
+    if words.tokens[i].text in _CTL or words.tokens[i].text.lower() in _PREFIXES:
+        raise _operator_missing(words, i + 1)
+
+
+def _refuse_joined(words: Words, i: int) -> None:
     """DiagnosticError when the word number `i`, which has an operand behind it, is `GF` or the like."""
     word = words.tokens[i].text
     if _JOINED.match(word) and words.tokens[i].type == "NAME":
         message = f"`{word}` is one word, so it is read as a name, not as an operator"
-        apart = " ".join((*word, words.tokens[i + 1].text))
+        apart = " ".join((*word, words.tokens[i + 1].text.removeprefix("("))).strip()
         raise words.error(codes.JOINED_OPERATORS, message, i, i, f"write `{apart}`")
 
 
 def _operator_missing(words: Words, i: int) -> DiagnosticError:
     before, token = words.tokens[i - 1], words.tokens[i]
-    refuse_joined(words, i - 1)
+    _refuse_joined(words, i - 1)
     hint = None
     if token.text == "<>":
         hint = "`<>` is the temporal operator F; write `!=` for `not equal`"
@@ -79,6 +88,10 @@ def _operator_missing(words: Words, i: int) -> DiagnosticError:
         hint = f"write `{_SPELLINGS[before.text.lower()]}`"
     elif token.type == "NAME" and token.text.lower() in _SPELLINGS:
         hint = f"write `{_SPELLINGS[token.text.lower()]}`"
+    elif before.text in _CTL:
+        hint = _instead_of_ctl(before.text)
+    elif before.text in ("A", "E") and token.text in ("G", "F", "X"):
+        hint = _instead_of_ctl(f"{before.text} {token.text}")
     elif i == 1 and before.type == "NAME" and (kind := kind_meant(before.text)) is not None:
         hint = f"a property of the kind `{kind}` is a line of its own: `{kind} NAME: …`"
     elif token.type == "COMMA" and [t.type for t in words.tokens[i - 1 : i + 2]] == ["NUMBER", "COMMA", "NUMBER"]:
@@ -88,11 +101,21 @@ def _operator_missing(words: Words, i: int) -> DiagnosticError:
     return words.error(codes.OPERATOR_MISSING, message, i, i, hint)
 
 
+_CTL = ("AG", "AF", "AX", "EG", "EF", "EX")
+
+
+def _instead_of_ctl(operator: str) -> str:
+    if operator[0] == "A":
+        return f"`{operator}` is an operator of CTL; every property here is about all runs, so write `{operator[-1]}`"
+    return f"`{operator}` is an operator of CTL; `llfsm query ARRANGEMENT p` tells whether a run reaches p"
+
+
 _SPELLINGS = {
     "and": "and", "or": "or", "not": "not", "xor": "xor", "implies": "->", "iff": "<->", "until": "U", "weak": "W",
     "release": "R", "v": "R", "always": "G", "globally": "G", "eventually": "F", "finally": "F", "next": "X",
     "since": "S", "triggered": "T", "once": "O", "historically": "H", "previously": "Y", "yesterday": "Y",
 }  # fmt: skip
+_PREFIXES = frozenset(word for word, operator in _SPELLINGS.items() if operator in "GFXOHY") - {"v"}
 
 
 _AS_FORMULA = {
@@ -129,9 +152,12 @@ def _pattern_meant(words: Words, i: int) -> str | None:
 
 
 def _operator_as_name(words: Words, i: int) -> DiagnosticError:
-    word = words.tokens[i].text
-    message = f"`{word}` is an operator, and its operands are missing"
-    return words.error(codes.OPERATOR_AS_NAME, message, i, i, f'write `"{word}"` for a variable of that name')
+    token = words.tokens[i]
+    message = f"`{token.text}` is an operator, and its operands are missing"
+    hint = f'write `"{token.text}"` for a variable of that name'
+    if bound := _BOUND.match(words.fragment.text, token.end):
+        hint = f"{hint}, or `{token.text}[{''.join(bound[0].split())}]` for a bound in time"
+    return words.error(codes.OPERATOR_AS_NAME, message, i, i, hint)
 
 
 def _misplaced(words: Words, i: int) -> DiagnosticError:
