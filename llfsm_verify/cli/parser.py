@@ -47,7 +47,10 @@ class Parser(ArgumentParser):
         options, left = super().parse_known_args(args, namespace)
         if left:
             wrong = next((word for word in left if word.startswith("-")), "").partition("=")[0]
-            self.error(f"unrecognized arguments: {' '.join(left)[:200]}{meant(wrong, self._option_string_actions)}")
+            advice = meant(wrong, self._option_string_actions)
+            if not wrong and "--properties" in self._option_string_actions:
+                advice = f"; write `--properties {left[0][:100]}` for a property file"
+            self.error(f"unrecognized arguments: {' '.join(left)[:200]}{advice}")
         return options, left
 
     def error(self, message: str) -> NoReturn:

@@ -119,6 +119,8 @@ def _unexpected(fragment: Fragment, token: Token, expected: frozenset[str], star
         return Diagnostic("E101", "this `else` has no `if`", span, hint=hint)
     around = text[max(0, at - 1) : at + 2]
     hint = _expectation(expected)
+    if token.text == "==" and "EQUAL" in expected:
+        hint = "write `=` to assign"
     if "->" in around:
         return Diagnostic(
             "E101", f"unexpected `{token.text}`", span, hint="`->` is not an operator of guards and actions"
@@ -182,6 +184,8 @@ def _on_a_later_line(text: str, at: int) -> bool:
 
 
 def _expectation(expected: frozenset[str]) -> str:
+    if "EQUAL" in expected:
+        return "write an assignment, such as `x = 1;`, or a command, such as `suspend(m);`"
     if expected & {"INTEGER", "NAME"} and "LPAR" in expected:
         return "an operand is missing before it"
     if "SEMICOLON" in expected and "IF" not in expected:

@@ -104,7 +104,7 @@ def parse_query(text: str, name: str, syntax: str = "llfsm") -> Query:
     parsed = parse_in(syntax, whole)
     temporal = operators(parsed.formula) - BOOLEAN
     if temporal:
-        message = "a query is a state formula: it says what is true at one moment, without temporal operators"
+        message = "a state formula is expected: it says what is true at one moment, without temporal operators"
         hint = "leave the operator out: a run to it is looked for, as by `F`; or ask `llfsm verify` for more"
         raise DiagnosticError(Diagnostic(codes.TEMPORAL, message, place, hint=hint))
     written = Words(whole, words).text(0, len(words) - 1) if syntax == "llfsm" else " ".join(text.split())

@@ -69,6 +69,10 @@ def test_without_a_command_there_is_help(words):
         (("verfiy",), "COMMAND: there is no `verfiy`; did you mean `verify`?"),
         (("property", "clasify", "a"), "QUESTION: there is no `clasify`; did you mean `classify`?"),
         (("verify", LIGHTS, "--timout=3"), "unrecognized arguments: --timout=3; did you mean `--timeout`?"),
+        (
+            ("guard", LIGHTS, PROPERTIES),
+            f"unrecognized arguments: {PROPERTIES}; write `--properties {PROPERTIES}` for a property file",
+        ),
         (("verify", LIGHTS, "--format", "jsn"), "--format: there is no `jsn`; did you mean `json`?"),
         (("completion", "tcsh"), "SHELL: there is no `tcsh`; there are: bash, zsh, fish"),
         (
