@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import islice
+from pathlib import Path
 
 EXCERPT_WIDTH = 160
 """A shown source line is cut to a window of this many characters around the marked place."""
 
+MOST_NAMES, LIKENESS = 2000, 0.75
+"""Files of a folder among which `hint_of_near` seeks one; how similar its name has to be (`difflib`)."""
 
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]")
 """Control characters, line ends among them."""
@@ -224,6 +229,23 @@ class Diagnostic:
 def counted(number: int, what: str) -> str:
     """``1 step``, ``1,200 steps``: `what` is a noun whose plural only adds an s."""
     return f"{number:,} {what}{'' if number == 1 else 's'}"
+
+
+def hint_of_near(path: str | Path) -> str | None:
+    """A hint that names the file which may have been meant: it is in the same folder and has a similar name.
+
+    None: there is no such file.
+    """
+    from difflib import get_close_matches
+
+    missing = Path(path)
+    try:
+        with os.scandir(missing.parent) as entries:
+            names = sorted(entry.name for entry in islice(entries, MOST_NAMES) if entry.is_file())
+    except (OSError, ValueError):
+        return None
+    near = get_close_matches(missing.name, names, 1, LIKENESS)
+    return f"did you mean `{missing.with_name(near[0])}`?" if near else None
 
 
 def without_controls(line: str) -> str:

@@ -11,8 +11,7 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from difflib import get_close_matches
-from itertools import count, islice
+from itertools import count
 from pathlib import Path
 from typing import BinaryIO
 
@@ -23,9 +22,6 @@ _KINDS = (
 
 _NO_LINKS = (errno.EPERM, errno.EOPNOTSUPP, errno.ENOSYS, errno.EMLINK)
 """What a file system says that has no links, or no more of them."""
-
-MOST_NAMES, LIKENESS = 2000, 0.75
-"""Files of a folder among which one is sought that may have been meant; how like its name has to be (`difflib`)."""
 
 
 def special_kind(mode: int) -> str | None:
@@ -45,18 +41,6 @@ def read_regular(path: str | Path, most: int) -> bytes:
         status = os.fstat(file.fileno())
         _refuse_special(status)
         return file.read(min(status.st_size, most))
-
-
-def hint_of_near(path: str | Path) -> str | None:
-    """A hint that names a file in the same folder whose name is much like that of `path`; None: there is none."""
-    missing = Path(path)
-    try:
-        with os.scandir(missing.parent) as entries:
-            names = sorted(entry.name for entry in islice(entries, MOST_NAMES) if entry.is_file())
-    except (OSError, ValueError):
-        return None
-    near = get_close_matches(missing.name, names, 1, LIKENESS)
-    return f"did you mean `{missing.with_name(near[0])}`?" if near else None
 
 
 def _refuse_special(status: os.stat_result) -> None:

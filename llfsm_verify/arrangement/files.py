@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TextIO
 
 from llfsm_verify.arrangement.codes import HINTS
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
-from llfsm_verify.files import hint_of_near, read_regular
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span, hint_of_near
+from llfsm_verify.files import read_regular
 
 MAX_FILE_BYTES = 4 * 1024 * 1024
 STDIN = "<stdin>"
@@ -40,7 +40,7 @@ def read_source(path: str | Path, *, regular: bool = False) -> tuple[Source, byt
             with open(path, "rb") as f:
                 data = f.read(MAX_FILE_BYTES + 1)
     except FileNotFoundError:
-        raise _error("E001", "there is no such file", name, hint_of_near(path)) from None
+        raise _error("E001", "there is no such file", name, None if regular else hint_of_near(path)) from None
     except OSError as e:
         raise _error("E002", f"the file cannot be read: {e.strerror or 'input/output error'}", name) from None
     except ValueError:

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from itertools import accumulate
 from pathlib import Path
 
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
-from llfsm_verify.files import hint_of_near, read_regular
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, hint_of_near
+from llfsm_verify.files import read_regular
 from llfsm_verify.logic import codes
 
 MAX_BYTES = 4 << 20

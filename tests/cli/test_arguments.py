@@ -22,10 +22,8 @@ def test_sizes(text, value):
 @pytest.mark.parametrize("text", ["", "  ", "# fair: G F car", "#\n\n # b"])
 def test_a_text_without_a_property_is_refused(text):
     done = llfsm("verify", LIGHTS, "-p", text)
-    assert (done.returncode, done.stdout) == (
-        2,
-        "",
-    ) and "-p/--property: there is no property in this text" in done.stderr
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "-p/--property: there is no property in this text" in done.stderr
 
 
 def test_a_comment_before_a_property_is_none_of_that():

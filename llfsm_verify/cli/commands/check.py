@@ -17,14 +17,13 @@ from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.cli import report_failure
 from llfsm_verify.cli.inputs import files_read
 from llfsm_verify.cli.io.output import Output
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, without_controls
-from llfsm_verify.files import hint_of_near
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, hint_of_near, without_controls
 from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.logic.reading import names_file
 from llfsm_verify.logic.reading import read_source as read_property_source
 from llfsm_verify.verification.verify import verify
 
 ARRANGEMENTS = (".yaml", ".yml")
-PROPERTIES = ".ltl"
 ORDER = (70, 130, 5, 3, 1, 4, 0)
 """Exit codes, the most important one first."""
 _MACHINES = re.compile(r"^machines[ \t]*:", re.MULTILINE)
@@ -54,7 +53,7 @@ def run(options: Namespace) -> int:
 
 def properties_beside(arrangement: Path) -> list[Path]:
     """The property files of `X.yaml`: `X.ltl`, and for `arrangement.yaml` also `properties.ltl`, where they are."""
-    named = [arrangement.with_suffix(PROPERTIES)]
+    named = [arrangement.with_suffix(".ltl")]
     if arrangement.stem == "arrangement":
         named.append(arrangement.with_name("properties.ltl"))
     return [path for path in named if path.is_file()]
@@ -89,10 +88,10 @@ def _arrangements(names: Sequence[str]) -> list[Path]:
     for name in names:
         path = Path(name)
         if not name or not path.exists():
-            shown, hint = name or "<empty path>", hint_of_near(path) if name else None
-            raise DiagnosticError(Diagnostic("E001", "there is no such file", file=shown, hint=hint))
+            hint = hint_of_near(path)
+            raise DiagnosticError(Diagnostic("E001", "there is no such file", file=name or "<empty path>", hint=hint))
         new = list(filter(_is_arrangement, _below(path)) if path.is_dir() else _belongs_to(path))
-        if not new and path.suffix == PROPERTIES:
+        if not new and names_file(name):
             note = f"note: {path} belongs to no arrangement, so it was not checked; "
             print(without_controls(f"{note}`llfsm verify ARRANGEMENT {path}` checks it"), file=sys.stderr)
         for arrangement in new:

@@ -61,24 +61,23 @@ def misfit(words: Words, i: int) -> DiagnosticError:
 
 
 def refuse_operator(words: Words, i: int) -> None:
-    """DiagnosticError when the name number `i`, which looks like a function, is an operator in other languages."""
-    _refuse_joined(words, i)
-    if words.tokens[i].text in _CTL or words.tokens[i].text.lower() in _PREFIXES:
+    """DiagnosticError when the name number `i`, which looks like a function, is `GF`, or an operator of others."""
+    name = words.tokens[i].text
+    if _JOINED.match(name) or name in _CTL or name.lower() in _PREFIXES:
         raise _operator_missing(words, i + 1)
 
 
-def _refuse_joined(words: Words, i: int) -> None:
-    """DiagnosticError when the word number `i`, which has an operand behind it, is `GF` or the like."""
+def _joined(words: Words, i: int) -> DiagnosticError:
     word = words.tokens[i].text
-    if _JOINED.match(word) and words.tokens[i].type == "NAME":
-        message = f"`{word}` is one word, so it is read as a name, not as an operator"
-        apart = " ".join((*word, words.tokens[i + 1].text.removeprefix("("))).strip()
-        raise words.error(codes.JOINED_OPERATORS, message, i, i, f"write `{apart}`")
+    message = f"`{word}` is one word, so it is read as a name, not as an operator"
+    apart = " ".join((*word, words.tokens[i + 1].text.removeprefix("("))).strip()
+    return words.error(codes.JOINED_OPERATORS, message, i, i, f"write `{apart}`")
 
 
 def _operator_missing(words: Words, i: int) -> DiagnosticError:
     before, token = words.tokens[i - 1], words.tokens[i]
-    _refuse_joined(words, i - 1)
+    if before.type == "NAME" and _JOINED.match(before.text):
+        return _joined(words, i - 1)
     hint = None
     if token.text == "<>":
         hint = "`<>` is the temporal operator F; write `!=` for `not equal`"
@@ -115,7 +114,7 @@ _SPELLINGS = {
     "release": "R", "v": "R", "always": "G", "globally": "G", "eventually": "F", "finally": "F", "next": "X",
     "since": "S", "triggered": "T", "once": "O", "historically": "H", "previously": "Y", "yesterday": "Y",
 }  # fmt: skip
-_PREFIXES = frozenset(word for word, operator in _SPELLINGS.items() if operator in "GFXOHY") - {"v"}
+_PREFIXES = frozenset(word for word, operator in _SPELLINGS.items() if operator in "GFXOHY")
 
 
 _AS_FORMULA = {
