@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import atexit
+import os
 import random
 import select
+import sys
 import threading
 from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Future
@@ -46,10 +49,12 @@ SHORTLY = 0.001
 class LiveRun:
     """What `Model.run` gives: an arrangement that runs. It is a context manager, whose end stops it, and awaitable.
 
-    `wrapped` is private.
+    It is stopped when Python ends. It belongs to the process that made it: in a child which that process forks,
+    leaving the context does nothing, and all else raises RuntimeError. `wrapped` is private.
     """
 
     def __init__(self, how: Plan, started: Callable[[ExitStack], Started]) -> None:
+        self._pid = os.getpid()
         self.unmonitored: Mapping[str, str] = how.unmonitored
         """Properties that no finite part of a run decides, and why."""
         self._left = ExitStack()
@@ -68,7 +73,19 @@ class LiveRun:
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._serve, name="llfsm-serve", daemon=True)
         self.wrapped.start(*([] if self._owner is None else [self._owner.follow]), self._follow)
+        _running.add(self)
+        _end_with_process()
         self._thread.start()
+
+    @property
+    def _is_own(self) -> bool:
+        """Whether it belongs to this process, and not to the one that forked it."""
+        return os.getpid() == self._pid
+
+    def _own(self) -> None:
+        """RuntimeError: it does not belong to this process."""
+        if not self._is_own:
+            raise RuntimeError(f"the run belongs to process {self._pid}, of which this one is a child")
 
     def _serve(self) -> None:
         served: list[Attendant] = [self.wrapped] if self._owner is None else [self._owner, self.wrapped]
@@ -90,6 +107,7 @@ class LiveRun:
                 self._last = self._now()
                 self._left.close()
                 self._ended.set()
+                _running.discard(self)
                 if self._changing is not None and not self._changing.done():
                     self._changing.set_result(("the run has ended", ()))
 
@@ -108,11 +126,13 @@ class LiveRun:
 
     def values(self) -> dict[str, Value]:
         """The newest frame: states of machines, variables, inputs and verdicts, all of one moment."""
+        self._own()
         with self._lock:
             return self._last if self._last is not None else self._now()
 
     def post(self, **values: Value) -> None:
         """Give values to inputs, all together, from the next cycle on. ValueError: there is no such input or value."""
+        self._own()
         with self._lock:
             self._shared.posts.post({name: _json(value) for name, value in values.items()})
 
@@ -121,6 +141,7 @@ class LiveRun:
 
         ValueError: the arrangement's `operators` do not declare it.
         """
+        self._own()
         with self._lock:
             self._shared.posts.command(kind, target, None if value is None else _json(value), taken=lambda _: None)
 
@@ -141,6 +162,7 @@ class LiveRun:
         return self._change(NewPolicy(Path(path).name, Path(path).read_text(encoding="utf-8")))
 
     def _change(self, change: Change, *, unchecked: bool = False) -> Replaced:
+        self._own()
         answered: Future[tuple[int | str, Sequence[str]]] = Future()
         while not self.values() and not self._ended.wait(SHORTLY):
             pass  # it has not begun
@@ -156,12 +178,14 @@ class LiveRun:
 
     def stop(self) -> None:
         """Let it end after the cycle under way."""
+        self._own()
         with self._lock:
             if not self._ended.is_set():
                 self.wrapped.stop()
 
     def wait(self, seconds: float | None = None) -> RunReport:
         """Wait until it has ended, at most so long; how it went. TimeoutError: it goes on."""
+        self._own()
         if not self._ended.wait(seconds):
             raise TimeoutError("the run goes on")
         self._thread.join()
@@ -177,8 +201,34 @@ class LiveRun:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.stop()
-        self.wait()
+        if self._is_own:
+            self.stop()
+            self.wait()
+
+
+_running: set[LiveRun] = set()
+"""Runs that have not ended, also those of the process of which this one is a child."""
+
+
+def _end_all() -> None:
+    """Python ends: stop what still runs, and wait until outputs have their safe values."""
+    runs = [run for run in _running if run._is_own]
+    for run in runs:
+        run.stop()
+    for run in runs:
+        run.wait()
+
+
+atexit.register(_end_all)
+
+
+def _end_with_process() -> None:
+    """Call `_end_all` where a process of `multiprocessing` ends as well, which calls nothing of `atexit`."""
+    if "multiprocessing.util" in sys.modules:
+        from multiprocessing import parent_process, util
+
+        if parent_process() is not None:
+            util.Finalize(None, _end_all, exitpriority=0)
 
 
 def _json(value: Value) -> Json:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
+from signal import Signals
 
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.runtime.live.run import RunReport
@@ -20,6 +21,9 @@ ENDINGS = {
     "violated": "stopped, because a property was violated",
 }
 
+EXPECTED = (0, Signals.SIGINT, Signals.SIGTERM)
+"""Signals that stop a run (0: none did) of which nothing is said."""
+
 
 def report_lines(
     report: RunReport, cycle_ms: Fraction, recordings: Sequence[str | Path], failure: str | None = None
@@ -30,6 +34,9 @@ def report_lines(
         why = f"fault[{report.fault.code}]: {where}{report.fault.message}"
     else:
         why = ENDINGS[report.ending]
+        if report.ending == "stopped" and report.detail not in EXPECTED:
+            named = report.detail in set(Signals)
+            why = f"stopped by {Signals(report.detail).name if named else f'signal {report.detail}'}"
         if failure is not None and report.ending == "stopped":
             why = f"{why}: {failure}"
     logical = float(report.cycles * cycle_ms / 1000)

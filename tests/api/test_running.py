@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 import llfsm_verify as lv
+from llfsm_verify.runtime.live.frame import ENDING, ENDINGS
+from llfsm_verify.runtime.recording.file import Recording
+from llfsm_verify.runtime.recording.origin import code_of as code_of_recording
+from llfsm_verify.runtime.whiteboard.slots import slots_of
 from tests.cli.running import FAULTY, LIGHTS, llfsm
+from tests.runtime.live.runs import turns_of
 
 BOTH = "both: G !(ns@GREEN && ew@GREEN)"
 
@@ -80,3 +88,85 @@ def test_what_is_not_from_files_is_not_recorded(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="must come from files"):
         model.run(record=tmp_path / "r")
     assert model.run(rate=0).wait().ending == "ended"
+
+
+MOTORS = """\
+name: motors
+cycle_ms: 1
+whiteboard:
+  motor: {type: 0..100, init: 0, role: output, safe: 0}
+machines:
+  drive: {inline: {machine: Drive, states: [{name: ON, on_entry: motor = 77;, stays: true}]}}
+schedule: [drive]
+"""
+FORGETS = """\
+import multiprocessing, sys, time
+import llfsm_verify as lv
+
+def main():
+    run = lv.load("motors.yaml").run(whiteboard="motors", record="recording", processes=sys.argv[1])
+    while run.values().get("motor") != 77:
+        time.sleep(0.001)
+
+if sys.argv[2] == "child":
+    child = multiprocessing.get_context("fork").Process(target=main)
+    child.start()
+    child.join()
+    sys.exit(child.exitcode)
+main()
+if sys.argv[2] == "raise":
+    raise ValueError("forgotten")
+if sys.argv[2] == "exit":
+    sys.exit(3)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("processes", "how", "code"),
+    [
+        ("thread", "end", 0),
+        ("thread", "exit", 3),
+        ("thread", "raise", 1),
+        ("thread", "child", 0),
+        ("separate", "end", 0),
+    ],
+)
+def test_a_run_that_is_forgotten_ends_with_the_program(processes: str, how: str, code: int, tmp_path: Path) -> None:
+    (tmp_path / "motors.yaml").write_text(MOTORS)
+    environment = os.environ | {"LLFSM_WHITEBOARDS": "boards"}
+    command = [sys.executable, "-c", FORGETS, processes, how]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == code and ("forgotten" in done.stderr) == (how == "raise")
+    *_, last = turns_of(tmp_path / "recording")
+    recording = Recording(tmp_path / "recording")
+    assert ENDINGS[last.frame[ENDING]] == "stopped"
+    slots = slots_of(code_of_recording(recording, lv.load(tmp_path / "motors.yaml").wrapped))
+    recording.close()
+    assert next(slot for slot in slots if slot.name == "motor").value(last.frame) == 0
+    assert not list((tmp_path / "boards").iterdir())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("processes", ["thread", "separate"])
+def test_a_child_cannot_end_the_run_of_its_parent(processes: str) -> None:
+    with lv.load(LIGHTS).run(rate=1000, processes=processes) as run:
+        while not run.values():
+            pass
+        child = os.fork()
+        if not child:
+            refused = 0
+            try:
+                for ask in (run.stop, run.wait, run.values, run.post, lambda: run.command("suspend", "ns")):
+                    try:
+                        ask()
+                    except RuntimeError:
+                        refused += 1
+                run.__exit__()
+            finally:
+                os._exit(refused)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 5
+        frame = run.wrapped.shared.segment.newest()
+        while run.wrapped.shared.segment.newest() <= frame:
+            pass
+        assert run.stop() is None and run.wait().ending == "stopped"

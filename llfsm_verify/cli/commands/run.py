@@ -6,13 +6,11 @@ import os
 import random
 import signal
 import sys
-import threading
 from argparse import Namespace
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from fractions import Fraction
-from types import FrameType
 
 from llfsm_verify.arrangement.formats import Given, read_arrangement
 from llfsm_verify.arrangement.model import Arrangement
@@ -35,6 +33,7 @@ from llfsm_verify.runtime.live.codes import UNSERVED
 from llfsm_verify.runtime.live.loop import Prescribed
 from llfsm_verify.runtime.live.preparing import script_of
 from llfsm_verify.runtime.live.serving import serve
+from llfsm_verify.runtime.live.signals import stopping
 from llfsm_verify.runtime.loading.making import Making
 from llfsm_verify.runtime.loading.succession import Succession
 from llfsm_verify.runtime.whiteboard.owner import Owner, Taken
@@ -115,7 +114,7 @@ def run(options: Namespace) -> int:
             draft, shared, making, arrangement, priority=options.priority, together=options.processes == "together"
         ) as done,
         opened(specs, shared, done.stop, options.record) as ports,
-        _stopping(done),
+        stopping(done.stop) as suspended,
         shown(options.panel, shared, arrangement.name, how.cycle) as pictures,
     ):
         if owner is not None and not script:
@@ -140,6 +139,9 @@ def run(options: Namespace) -> int:
         print(f"audit log: {options.audit}, last line {audit.last}{lost}", file=out)
     for line in port_lines(ports.counts if ports is not None else {}):
         print(line, file=out)
+    if suspended():  # not before all is safe and said; when it goes on, there is nothing left to do
+        sys.stdout.flush()
+        os.kill(os.getpid(), signal.SIGSTOP)
     violated = any(verdict == "violated" for _, verdict, _ in report.monitored)
     if violated or report.unrecorded is not None or failure is not None:
         return VIOLATED
@@ -202,27 +204,6 @@ def _served(
         raise DiagnosticError([Diagnostic(UNSERVED, str(problem), hint="give another name to --whiteboard")]) from None
     with closing(owner):
         yield owner
-
-
-@contextmanager
-def _stopping(running: Succession) -> Iterator[None]:
-    """Ctrl-C and SIGTERM let the cycle under way be the last one."""
-
-    def stop(number: int, _: FrameType | None) -> None:
-        running.stop(number)
-
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {}
-    for number in (signal.SIGINT, signal.SIGTERM):
-        if signal.getsignal(number) is not signal.SIG_IGN:
-            before[number] = signal.signal(number, stop)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _inputs(path: str, arrangement: Arrangement, program: Program) -> tuple[dict[str, int], list[Prescribed], int]:

@@ -5,20 +5,23 @@ from __future__ import annotations
 import os
 import queue
 import select
+import signal
 import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Self
 
 from llfsm_verify.backends.native.executor import OVERFLOW
 from llfsm_verify.program.program import FaultSite
-from llfsm_verify.runtime.live import control
-from llfsm_verify.runtime.live.frame import CYCLE, DETAIL, MOVED
+from llfsm_verify.runtime.live import control, forks, signals
+from llfsm_verify.runtime.live.frame import CYCLE, DETAIL, ENDING, MOVED
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.memory import words
 from llfsm_verify.runtime.recording.file import Recorder
+from llfsm_verify.runtime.whiteboard.shared import Shared
 
 PERCENTILES = (50.0, 99.0, 99.9)
 
@@ -69,12 +72,21 @@ class RunReport:
 class Running(ABC):
     """A loop on its way from its first frame to its last one, elsewhere: on a thread, or in processes.
 
-    `priority` 1 to 99 asks for the system's first-in-first-out schedule (children of the process do not inherit it).
+    `shared` is where the loop publishes its frames, if it does. `priority` 1 to 99 asks for the system's
+    first-in-first-out schedule (children of the process do not inherit it).
     """
 
-    def __init__(self, loop: Loop, recorder: Recorder | None = None, *, priority: int | None = None) -> None:
+    def __init__(
+        self,
+        loop: Loop,
+        recorder: Recorder | None = None,
+        *,
+        shared: Shared | None = None,
+        priority: int | None = None,
+    ) -> None:
         self.loop = loop
         loop.told[control.SETTLE] = bool(loop.code.monitors)
+        self._shared = shared
         self._recorder = recorder
         self._priority = priority
         self._ending = ("stopped", 0)
@@ -173,6 +185,37 @@ class Running(ABC):
         self._recorded = self.loop.number
         self.loop.told[control.LOG] = 0
 
+    @property
+    def _kept(self) -> set[int]:
+        """Descriptors that a process needs which runs the loop, or ends it."""
+        own = () if self._shared is None else self._shared.descriptors
+        return {*own, *([] if self._recorder is None else [self._recorder.fileno()])}
+
+    def _outlive(self) -> None:
+        """Commit the last frame in a process that was forked for the run, unless it is there already: the process that
+        the run belongs to has died.
+        """
+        newest = self._newest
+        if newest is not None and not newest[ENDING]:
+            self.loop.resume(newest)
+            self._reach()
+            self.loop.end("died", signal.SIGKILL)
+        if self._recorder is not None:
+            self._recorder.close()
+
+    @property
+    def _newest(self) -> list[int] | None:
+        """The newest frame that was published; None: there is none."""
+        return None if self._shared is None else self._shared.segment.newest()
+
+    def _reach(self) -> None:
+        """Let the recording go on in this process."""
+        if self._recorder is not None and self.loop.told[control.LOG]:
+            try:
+                self._recorder.reach()
+            except OSError as error:
+                self._give_up_recording(error)
+
     def _why(self, reason: int) -> tuple[str, int]:
         if self.handed_over:
             return "replaced", 0
@@ -202,18 +245,58 @@ class Running(ABC):
 
 
 class Run(Running):
-    """A loop that runs on a thread of this process, until `stop`, its limit or an end of its own."""
+    """A loop that runs on a thread of this process, until `stop`, its limit or an end of its own.
 
-    def __init__(self, loop: Loop, recorder: Recorder | None = None, *, priority: int | None = None) -> None:
-        super().__init__(loop, recorder, priority=priority)
+    With `shared`, and where the last frame has something to say (safe values, or to a recording), a process is forked
+    that commits it if this process dies.
+    """
+
+    def __init__(
+        self,
+        loop: Loop,
+        recorder: Recorder | None = None,
+        *,
+        shared: Shared | None = None,
+        priority: int | None = None,
+    ) -> None:
+        super().__init__(loop, recorder, shared=shared, priority=priority)
+        self._lifeline: int | None = None
+        self._guardian = 0
+        """The process that outlives this one; 0: there is none."""
+        if shared is not None and (loop.code.safe or recorder is not None):
+            self._fork()
         self._error: BaseException | None = None
-        self._thread = threading.Thread(target=self._guarded, name="llfsm-live")
+        self._thread = threading.Thread(target=self._guarded, name="llfsm-live", daemon=True)
         self._news = os.eventfd(0, os.EFD_CLOEXEC | os.EFD_NONBLOCK)
         """Written when the thread has paused, or is over."""
         self._pausing = False
         self._answers: queue.SimpleQueue[bool] = queue.SimpleQueue()
         """For the thread that has paused: whether it goes on."""
         self._over = False
+
+    def _fork(self) -> None:
+        ends, self._lifeline = os.pipe()
+        with signals.held_back():
+            self._guardian = forks.fork()
+            if not self._guardian:
+                status = 1
+                try:
+                    signals.ignore()
+                    signals.released()
+                    forks.close_but({0, 1, 2, ends, *self._kept})
+                    os.read(ends, 1)  # until this process has died, or its parent ends it
+                    self._outlive()
+                    status = 0
+                finally:
+                    os._exit(status)
+        os.close(ends)
+        forks.keep(self)
+
+    def let_go(self) -> None:
+        """See `forks.Kept`."""
+        if self._lifeline is not None:
+            os.close(self._lifeline)
+            self._lifeline = None
 
     def start(self) -> None:
         """Let it run."""
@@ -247,6 +330,11 @@ class Run(Running):
             self._thread.join()
         self._over = True
         os.close(self._news)
+        if self._guardian:
+            os.kill(self._guardian, signal.SIGKILL)
+            with suppress(ChildProcessError):  # a program that ignores SIGCHLD has no children to wait for
+                os.waitpid(self._guardian, 0)
+        self.let_go()
 
     def __enter__(self) -> Self:
         return self

@@ -17,14 +17,11 @@ import sys
 import threading
 import time
 import traceback
-import warnings
 from contextlib import suppress
-from itertools import pairwise
 from typing import Self
 
 from llfsm_verify.backends.broken import BrokenProgramError
-from llfsm_verify.runtime.live import control
-from llfsm_verify.runtime.live.frame import ENDING
+from llfsm_verify.runtime.live import control, forks, signals
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.run import Running
 from llfsm_verify.runtime.recording.file import Recorder
@@ -32,8 +29,6 @@ from llfsm_verify.runtime.whiteboard.shared import Shared
 
 LAST_TOKEN = 2000
 """Milliseconds that a process waits for the token after the supervisor has died: then nobody has it."""
-IGNORED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-"""Signals that the supervisor answers, and that a terminal sends to its children as well."""
 
 
 class DiedError(RuntimeError):
@@ -55,9 +50,7 @@ class Supervised(Running):
         priority: int | None = None,
         together: bool = False,
     ) -> None:
-        super().__init__(loop, recorder, priority=priority)
-        self._segment = shared.segment
-        self._kept = {*shared.descriptors, *([] if recorder is None else [recorder.fileno()])}
+        super().__init__(loop, recorder, shared=shared, priority=priority)
         count = 1 if together else len(loop.code.program.processes)
         self._mine = [-1] if count == 1 else list(range(count))
         self._tokens = [os.pipe() for _ in range(count)]
@@ -65,20 +58,31 @@ class Supervised(Running):
         self._ended = False
         self._reports: dict[int, int] = {}
         self._ends = select.epoll()
-        for number in range(count):
-            self._fork(number)
+        with signals.held_back():
+            for number in range(count):
+                self._fork(number)
         os.close(self._lifeline[0])
+        forks.keep(self)
+
+    def let_go(self) -> None:
+        """See `forks.Kept`."""
+        if not self._ended:
+            for hears in self._reports:
+                os.close(hears)
+            self._close()
 
     def _fork(self, number: int) -> None:
         hears, says = os.pipe()
         sys.stdout.flush()
         sys.stderr.flush()
-        pid = fork()
+        pid = forks.fork()
         if not pid:
             status = 1
             try:
+                signals.ignore()
+                signals.released()
                 ends = {end for pipe in self._tokens for end in pipe}
-                close_but({0, 1, 2, self._lifeline[0], says, *ends, *self._kept})
+                forks.close_but({0, 1, 2, self._lifeline[0], says, *ends, *self._kept})
                 self._say(says, self._work(number, says))
                 self._outlive()
                 status = 0
@@ -108,8 +112,6 @@ class Supervised(Running):
 
     def _work(self, number: int, says: int) -> dict[str, object] | None:
         """Turns, as long as there are any for this process. What the supervisor is told; None: it has died."""
-        for signum in IGNORED:
-            signal.signal(signum, signal.SIG_IGN)
         threading.Thread(target=self._wait_for_death, daemon=True).start()
         self._prepared()
         reason = control.HANDED
@@ -143,23 +145,6 @@ class Supervised(Running):
             with suppress(BrokenPipeError):
                 os.write(says, json.dumps(told).encode() + b"\n")
             os.read(self._lifeline[0], 1)  # until the supervisor has ended the run and this process, or has died
-
-    def _outlive(self) -> None:
-        """The supervisor has died; if it has not committed the last frame, whoever had the last turn does."""
-        newest = self._segment.newest()
-        if newest is not None and not newest[ENDING]:
-            self.loop.resume(newest)
-            self._reach()
-            self.loop.end("died", signal.SIGKILL)
-        if self._recorder is not None:
-            self._recorder.close()
-
-    def _reach(self) -> None:
-        if self._recorder is not None and self.loop.told[control.LOG]:
-            try:
-                self._recorder.reach()
-            except OSError as error:
-                self._give_up_recording(error)
 
     def _has_token(self, number: int) -> bool:
         """Wait for the token; False: the supervisor has died, and nobody gives it any more."""
@@ -205,7 +190,7 @@ class Supervised(Running):
             os.close(hears)
             self._kill()
             ending = "died", os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0
-            self.loop.resume(self._segment.newest())
+            self.loop.resume(self._newest)
         else:
             told = json.loads(said)
             if told.get("broken"):
@@ -233,12 +218,15 @@ class Supervised(Running):
             os.close(hears)
         self._reports.clear()
         if not self._ended:
-            self._ended = True
-            self._ends.close()
-            os.close(self._lifeline[1])
-            for ends in self._tokens:
-                for end in ends:
-                    os.close(end)
+            self._close()
+
+    def _close(self) -> None:
+        self._ended = True
+        self._ends.close()
+        os.close(self._lifeline[1])
+        for ends in self._tokens:
+            for end in ends:
+                os.close(end)
 
     def __enter__(self) -> Self:
         return self
@@ -249,20 +237,3 @@ class Supervised(Running):
             self._kill()
             if self._recorder is not None:
                 self._recorder.close()
-
-
-def fork() -> int:
-    """As `os.fork`. Of several threads only this one goes on in the new process, which then does only what it was
-    forked for, so Python's warning is left out.
-    """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)
-        return os.fork()
-
-
-def close_but(kept: set[int]) -> None:
-    """Close all descriptors of this process but some: others shall see when their owner closes them."""
-    most = os.sysconf("SC_OPEN_MAX")
-    for low, high in pairwise([-1, *sorted(kept), most if most > 0 else 1 << 20]):
-        if low + 1 < high:  # `closerange(0, 0)` closes all
-            os.closerange(low + 1, high)

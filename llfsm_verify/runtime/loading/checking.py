@@ -17,7 +17,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from llfsm_verify.limits import Limits
-from llfsm_verify.runtime.live.supervised import close_but, fork
+from llfsm_verify.runtime.live import signals
+from llfsm_verify.runtime.live.forks import close_but, fork
 from llfsm_verify.runtime.loading.places import UNKNOWN, Accepted
 
 GRACE = 2
@@ -88,12 +89,11 @@ class Check:
 
 
 def _settle(supervisor: int) -> None:
-    """This process takes what others leave, ends with the supervisor, and leaves signals of terminals to it."""
+    """This process takes what others leave, ends with the supervisor, and leaves signals to it."""
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != supervisor:
         os._exit(1)
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)
+    signals.ignore()
     os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
     os.nice(NICENESS)
 

@@ -164,7 +164,7 @@ class Succession:
         if recorder is not None:
             self.recordings.append(recorder.path)
         if self._threaded:
-            return Run(shared.loop, recorder, priority=self._priority)
+            return Run(shared.loop, recorder, shared=shared, priority=self._priority)
         return Supervised(shared.loop, shared, recorder, priority=self._priority, together=self._together)
 
     def fileno(self) -> int:

@@ -7,6 +7,9 @@ writer that is killed at any instruction leaves the newest frame whole, and no r
 overtaken by 64 frames while it copies one finds another stamp and copies the newest one instead. Who reads frame after
 frame finds each of the last ones, and knows by the numbers which it has missed.
 
+Where the writer does not keep to this (others can write a segment that was lent), no reader waits for it either: after
+`TRIES` the newest frame counts as none. A writer that keeps to it would have to overtake the reader as often in a row.
+
 Stores and loads of frames are atomic and unordered but for the fences between them and the stamps (H.-J. Boehm, Can
 seqlocks get along with programming language memory models?, MSPC 2012).
 """
@@ -17,6 +20,8 @@ HEADER_WORDS = 64
 GENERATIONS = 64
 """A power of two."""
 LINE_WORDS = 8
+TRIES = 1 << 16
+"""How often a reader looks again for the newest frame."""
 
 # Words of the header.
 MAGIC, VERSION, WORDS, EPOCH, OWNER, PERIOD = range(6)
@@ -37,8 +42,8 @@ def segment_words(words: int) -> int:
 
 # publish: the frame %image, whose first word is its number, becomes the newest one of the segment.
 # frame: copies frame %n into %copy; whether it is there, whole.
-# word: word %i of the newest frame, which there is.
-# newest: copies the newest frame into %copy and returns its number; 0: there is none yet.
+# word: word %i of the newest frame, which there is, or, after so many tries, of one of those that came after it.
+# newest: copies the newest frame into %copy and returns its number; 0: there is none yet, or none that is whole.
 TEXT = f"""\
 define internal ptr @generation(ptr %segment, i64 %n, i64 %words) nounwind {{
   %stride.1 = add i64 %words, {LINE_WORDS}
@@ -100,6 +105,8 @@ entry:
   %after.stamp = add i64 %i, 1
   br label %again
 again:
+  %try = phi i64 [1, %entry], [%try.next, %again]
+  %try.next = add i64 %try, 1
   %n = load atomic i64, ptr %newest acquire, align 8
   %stamp = call ptr @generation(ptr %segment, i64 %n, i64 %words)
   %before = load atomic i64, ptr %stamp acquire, align 8
@@ -110,7 +117,9 @@ again:
   %same.1 = icmp eq i64 %before, %n
   %same.2 = icmp eq i64 %after, %n
   %whole = and i1 %same.1, %same.2
-  br i1 %whole, label %out, label %again
+  %enough = icmp uge i64 %try, {TRIES}
+  %over = or i1 %whole, %enough
+  br i1 %over, label %out, label %again
 out:
   ret i64 %word
 }}
@@ -119,12 +128,18 @@ entry:
   %newest = getelementptr i64, ptr %segment, i64 {NEWEST}
   br label %again
 again:
+  %try = phi i64 [1, %entry], [%try.next, %torn]
   %n = load atomic i64, ptr %newest acquire, align 8
   %none = icmp eq i64 %n, 0
   br i1 %none, label %out, label %look
 look:
   %whole = call i1 @frame(ptr %segment, ptr %copy, i64 %words, i64 %n)
-  br i1 %whole, label %out, label %again
+  br i1 %whole, label %out, label %torn
+torn:
+  %try.next = add i64 %try, 1
+  %enough = icmp uge i64 %try, {TRIES}
+  br i1 %enough, label %out, label %again
 out:
-  ret i64 %n
+  %number = phi i64 [0, %again], [%n, %look], [0, %torn]
+  ret i64 %number
 }}"""

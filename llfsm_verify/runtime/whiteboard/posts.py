@@ -192,16 +192,14 @@ class Posts:
             self._publish()
 
     def posted(self, name: str) -> int | None:
-        """What was posted last of an input; None: nothing."""
+        """What was posted last of an input, as far as it is known without waiting for who posts; None: nothing."""
         if name not in self._inputs:
             return None
         word, _ = self._inputs[name]
         with self._lock:
-            frame, segment = self._frame, self._lent.get(name)
-            if segment is not None:
-                lent = words(self._words)
-                if code().newest(segment.address, lent, self._words) and lent[word + 1]:
-                    frame = lent
+            segment = self._lent.get(name)
+            lent = None if segment is None else self._writers.newest_of(segment)
+            frame = self._frame if lent is None or not lent[word + 1] else lent
             return frame[word] if frame[word + 1] else None
 
     def _publish(self) -> None:

@@ -63,10 +63,12 @@ def code() -> _Code:
 class Segment:
     """A segment of this process, for frames of so many words. `epoch` tells it from one of an earlier start.
 
+    From then on nothing is compiled to read or write it, in this process and those that it forks.
     `lent`: others who get its descriptor may write it, and nobody can change its size.
     """
 
     def __init__(self, name: str, words: int, period: int = 0, *, lent: bool = False) -> None:
+        code()
         self.words = words
         self.period = period
         self.epoch = secrets.randbits(63)
@@ -98,6 +100,13 @@ class Segment:
         _still(self._mapped)
         copy = (ctypes.c_int64 * self.words)()
         return list(copy) if code().newest(self.address, copy, self.words) else None
+
+    def glance(self) -> ctypes.Array[ctypes.c_int64] | None:
+        """The newest frame, if it is whole at the first look."""
+        _still(self._mapped)
+        copy = (ctypes.c_int64 * self.words)()
+        number = ctypes.c_int64.from_address(self.address + 8 * generations.NEWEST).value
+        return copy if number and code().frame(self.address, copy, self.words, number) else None
 
     def close(self) -> None:
         """Others keep what they have; the loop must not use the segment any more."""

@@ -54,6 +54,12 @@ class Writers:
         """Where the loop copies a lent segment to."""
         return self._copies[self._segments.index(segment)]
 
+    def newest_of(self, segment: Segment) -> ctypes.Array[ctypes.c_int64]:
+        """The newest frame of a lent segment. It is looked at once, since its writer can write anything there and
+        leave it; where it is not whole, it is what the loop has read last.
+        """
+        return segment.glance() or self.copy_of(segment)
+
     @property
     def nothing(self) -> int:
         """The address of a word that is 0."""

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import select
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -16,6 +18,7 @@ import pytest
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.runtime.live import forks
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.preparing import drawn_choices, safe_values, starting_values
@@ -23,6 +26,7 @@ from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.recording import file
 from llfsm_verify.runtime.recording.file import Recorder
 from llfsm_verify.runtime.recording.replay import replay
+from llfsm_verify.runtime.whiteboard import segment
 from llfsm_verify.runtime.whiteboard.segment import Attached
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.slots import slots_of
@@ -167,6 +171,91 @@ def test_a_process_that_is_killed(process: int, together: bool, tmp_path: Path) 
 def test_many_processes_that_are_killed(process: int, together: bool, tmp_path: Path) -> None:
     for number in range(many(300)):
         kill_once(tmp_path, number, process=process, together=together)
+
+
+def nothing_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From now on compiling and mapping memory are errors, in this process and those that it forks."""
+
+    def refuse(*_: object, **__: object) -> object:
+        raise AssertionError("something is compiled, or memory is mapped, before outputs are safe")
+
+    for place in ("llfsm_verify.monitoring.code.MachineCode.__init__", "mmap.mmap", "os.memfd_create"):
+        monkeypatch.setattr(place, refuse)
+    monkeypatch.setattr("llfsm_verify.runtime.whiteboard.segment.MachineCode", refuse)
+    for kept in (
+        sys.modules["llfsm_verify.runtime.whiteboard.segment"],
+        sys.modules["llfsm_verify.runtime.live.memory"],
+    ):
+        monkeypatch.setattr(kept.mmap, "mmap", refuse)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("recorded", [False, True])
+def test_nothing_is_compiled_or_mapped_when_the_loop_dies(
+    recorded: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(segment, "code", cache(segment._Code))  # as in a process that has read no whiteboard yet
+    with running(several(), tmp_path / "r" if recorded else None) as (run, shared):
+        run.start()
+        while (newest := shared.segment.newest()) is None or newest[NUMBER] < 5:
+            time.sleep(0)
+        with monkeypatch.context() as patched:
+            nothing_is_made(patched)
+            os.kill(run.pids[0], signal.SIGKILL)
+            assert run.wait()
+        assert {**values(shared), **SAFE} == values(shared)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("recorded", [False, True])
+def test_nothing_is_compiled_or_mapped_when_the_supervisor_dies(
+    recorded: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(segment, "code", cache(segment._Code))
+    code = LiveCode(lower(several(), keep_all_bits=True), safe=safe_values(several()))
+    loop = Loop(code, held=starting_values(code.program), period=1_000_000)
+    with closing(Shared("test", loop)) as shared:
+        recorder = Recorder(tmp_path / "r", {}, loop) if recorded else None
+        told, tells = os.pipe()
+        supervisor = os.fork()
+        if not supervisor:
+            try:
+                monkeypatch.setattr(forks, "fork", lambda: nothing_is_made(monkeypatch) or os.fork())
+                run = Supervised(loop, shared, recorder, together=True)
+                os.write(tells, run.pids[0].to_bytes(4, "little"))
+                run.start()
+                while shared.segment.newest() is None:
+                    time.sleep(0)
+            finally:
+                os._exit(0)
+        os.close(tells)
+        process = os.pidfd_open(int.from_bytes(os.read(told, 4), "little"))
+        os.waitpid(supervisor, 0)
+        select.select([process], [], [])  # until the loop has ended as well
+        for descriptor in (told, process):
+            os.close(descriptor)
+        newest = shared.segment.newest()
+        assert newest is not None and ENDINGS[newest[ENDING]] == "died"
+        assert {**values(shared), **SAFE} == values(shared)
+        if recorder is not None:
+            recorder.close()
+
+
+@pytest.mark.slow
+def test_a_child_does_not_keep_the_loop_going() -> None:
+    """Of a process that the user's program forks, no descriptor is left by which the loop knows its supervisor."""
+    with running(several(), together=True, period=1_000_000) as (run, _):
+        run.start()
+        own = {run._lifeline[1], *run._reports}
+        child = os.fork()
+        if not child:
+            left = 99
+            try:
+                left = len([number for number in own if Path(f"/proc/self/fd/{number}").exists()])
+            finally:
+                os._exit(left)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+        assert all(Path(f"/proc/self/fd/{number}").exists() for number in own)
 
 
 SUPERVISOR = """

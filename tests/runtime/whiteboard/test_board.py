@@ -31,6 +31,7 @@ from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.preparing import starting_values
 from llfsm_verify.runtime.live.run import Run
 from llfsm_verify.runtime.whiteboard import board as board_of_others
+from llfsm_verify.runtime.whiteboard import generations, segment
 from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.owner import MOST_CLIENTS, MOST_REFUSALS, MOST_WAKES, PIECE, Owner, Taken
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
@@ -235,6 +236,32 @@ def test_a_writer_that_writes_nonsense_is_not_waited_for() -> None:
             assert -3 <= board.get("level") <= 4 and board.get("go") in (True, False)
         with pytest.raises(OSError, match="not permitted"):
             lent._mapped.resize(8)
+        writer.close()
+
+
+@pytest.mark.slow
+def test_a_frame_that_never_comes_is_not_waited_for() -> None:
+    """A writer that was lent memory says that there is a frame, and writes none: nobody who reads it waits."""
+    code = LiveCode(lower(build_arrangement(KINDS), keep_all_bits=True))
+    loop = Loop(code)
+    with closing(Shared("board", loop)) as shared, closing(Shared("next", Loop(code))) as following:
+        lent = shared.posts.lend(["level"])
+        place = shared.posts.place("level")
+        writer = Lent(lent.descriptor, lent.words)
+        assert shared.posts.posted("level") is None
+        writer.frame[place], writer.frame[place + 1] = 2, 1
+        writer.publish()
+        assert shared.posts.posted("level") == 2
+        loop.begin(0)
+        loop.go(1)  # reads it
+        newest = 8 * generations.NEWEST
+        for number in (2, 5, -1, 1 << 62):
+            writer._mapped[newest : newest + 8] = number.to_bytes(8, "little", signed=True)
+            assert lent.newest() is None
+            assert shared.posts.posted("level") == 2  # as the loop has read it
+            following.posts.adopt(shared.posts)
+            assert following.posts.posted("level") == 2
+        assert segment.code().word(lent.address, lent.words, place) in (0, 2)
         writer.close()
 
 
