@@ -9,7 +9,9 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from fractions import Fraction
+from typing import TextIO, cast
 
+from llfsm_verify.cli.io.unhurried import Unhurried
 from llfsm_verify.kripke.values import Shown
 from llfsm_verify.report.panel import Moment, panel
 from llfsm_verify.runtime.live.frame import CYCLE, ENDING, ENDINGS, NUMBER, STEPS
@@ -37,7 +39,8 @@ class Pictures:
         self._before: Mapping[str, Shown] = {}
         self._rate = (0.0, 0, 0.0)
         """When ringlets were counted last, how many there were, and how many in a second before."""
-        self._live = Live(console=Console(file=sys.stdout), auto_refresh=False)
+        self._terminal = Unhurried(sys.stdout)
+        self._live = Live(console=Console(file=cast(TextIO, self._terminal)), auto_refresh=False)
         self._live.start()
 
     def follow(self, shared: Shared) -> None:
@@ -51,7 +54,9 @@ class Pictures:
     def serve(self, seconds: float) -> None:  # noqa: ARG002 - there is nothing to wait for
         """Draw, if it is time to."""
         if time.monotonic() - self._drawn >= INTERVAL:
-            self.draw()
+            self._terminal.flush()
+            if not self._terminal.waits:  # else nobody can see it now
+                self.draw()
 
     def draw(self) -> None:
         """Draw the newest frame."""
@@ -78,6 +83,7 @@ class Pictures:
         """The last picture stays."""
         self.draw()
         self._live.stop()
+        self._terminal.close()
         self._nothing.close()
 
 

@@ -19,6 +19,7 @@ from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.output import usage
+from llfsm_verify.cli.io.unhurried import unhurried_errors
 from llfsm_verify.cli.panel import shown
 from llfsm_verify.cli.ports import declared_ports, following, opened, unusable, writes_to_output
 from llfsm_verify.cli.properties import property_sources
@@ -107,6 +108,7 @@ def run(options: Namespace) -> int:
     loop = making.first(how, code, rounds=rounds, free=free, script=script)
     arrangement = how.arrangement
     with (
+        unhurried_errors(),
         closing(Shared(options.whiteboard or "run", loop)) as shared,
         _audited(options.audit, draft.digest, arrangement) as audit,
         _served(options, shared, arrangement, making.fed, audit) as owner,

@@ -1,0 +1,140 @@
+"""Output of a supervisor that nobody takes: it waits for nobody, and a run ends safely all the same."""
+
+from __future__ import annotations
+
+import os
+import pty
+import select
+import signal
+import socket
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import TextIO
+
+import pytest
+
+from llfsm_verify.cli.io import unhurried
+from llfsm_verify.cli.io.unhurried import MOST_WAITING, Unhurried
+from llfsm_verify.runtime.whiteboard.board import Whiteboard, WhiteboardError
+
+MOTORS = """\
+name: motors
+cycle_ms: 1
+whiteboard:
+  motor: {type: 0..100, init: 0, role: output, safe: 0}
+machines:
+  drive: {inline: {machine: Drive, states: [{name: ON, on_entry: motor = 77;, stays: true}]}}
+schedule: [drive]
+"""
+
+
+def fill(descriptor: int) -> None:
+    """Write until nothing can be written any more."""
+    os.set_blocking(descriptor, False)
+    try:
+        while True:
+            os.write(descriptor, b"." * 512)
+    except BlockingIOError:
+        os.set_blocking(descriptor, True)
+
+
+def stream(kind: str) -> tuple[TextIO, int]:
+    """One that is full, and the descriptor by which it is read."""
+    if kind == "socket":
+        ours, theirs = socket.socketpair()
+        reads, writes = ours.detach(), theirs.detach()
+    else:
+        reads, writes = os.pipe() if kind == "pipe" else pty.openpty()
+    fill(writes)
+    return open(writes, "w"), reads
+
+
+def taken(reads: int) -> bytes:
+    """All that can be read now."""
+    data = b""
+    while select.select([reads], [], [], 0)[0]:
+        data += os.read(reads, 1 << 16)
+    return data
+
+
+@pytest.mark.parametrize("kind", ["pipe", "terminal", "socket"])
+def test_what_cannot_be_written_waits(kind: str) -> None:
+    said, reads = stream(kind)
+    with said, Unhurried(said) as out:
+        before = os.get_blocking(said.fileno())
+        print("first", file=out)
+        print("second ü", file=out)
+        assert out.waits and b"first" not in taken(reads)
+        out.flush()
+        assert taken(reads).replace(b"\r", b"") == "first\nsecond ü\n".encode() and not out.waits
+        assert os.get_blocking(said.fileno()) == before  # others have the same stream
+    os.close(reads)
+
+
+def test_what_is_too_much_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(unhurried, "LAST", 0.0)
+    said, reads = stream("pipe")
+    with said:
+        with Unhurried(said) as out:
+            for _ in range(3):
+                out.write("x" * MOST_WAITING)
+            assert out.waits
+        os.close(reads)
+
+
+@pytest.mark.parametrize("kind", ["pipe", "socket"])
+def test_a_reader_that_is_gone_is_no_error(kind: str) -> None:
+    said, reads = stream(kind)
+    os.close(reads)
+    with said, Unhurried(said) as out:
+        print("nobody", file=out)
+        assert not out.waits
+
+
+def test_files_are_written_at_once(tmp_path: Path) -> None:
+    with open(tmp_path / "log", "w") as log:
+        log.write("before\n")
+        with Unhurried(log) as out:
+            print("said", file=out)
+            assert (tmp_path / "log").read_text() == "before\nsaid\n"
+        log.write("after\n")
+    assert (tmp_path / "log").read_text() == "before\nsaid\nafter\n"
+
+
+@pytest.mark.slow
+def test_a_terminal_that_takes_nothing_does_not_hold_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "motors.yaml").write_text(MOTORS)
+    monkeypatch.setenv("LLFSM_WHITEBOARDS", str(tmp_path / "boards"))
+    master, slave = pty.openpty()
+    fill(slave)
+    command = [sys.executable, "-m", "llfsm_verify", "run", str(tmp_path / "motors.yaml"), "--panel"]
+    run = subprocess.Popen([*command, "--whiteboard", "motors"], stdout=slave, stderr=slave)
+    os.close(slave)
+    try:
+        board = None
+        while board is None:
+            assert run.poll() is None
+            try:
+                board = Whiteboard("motors")
+            except WhiteboardError:
+                time.sleep(0.01)
+        with board:
+            while board.view().values["motor"] != 77:
+                time.sleep(0.01)
+            run.send_signal(signal.SIGTERM)
+            while board.view().values["motor"] != 0:
+                time.sleep(0.01)
+            assert board.view().ending == "stopped"
+        while run.poll() is None:  # its report is read
+            with suppress(OSError):  # of a terminal whose other end is closed
+                if select.select([master], [], [], 0.05)[0]:
+                    os.read(master, 1 << 16)
+        assert run.returncode == 0
+    finally:
+        if run.poll() is None:
+            run.kill()
+            run.wait()
+        os.close(master)
