@@ -159,7 +159,7 @@ class Supervised(Running):
             try:
                 self._recorder.reach()
             except OSError as error:
-                self._give_up_recording(error)
+                self._give_up_recording(self._recorder, error)
 
     def _has_token(self, number: int) -> bool:
         """Wait for the token; False: the supervisor has died, and nobody gives it any more."""

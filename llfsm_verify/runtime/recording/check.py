@@ -72,7 +72,9 @@ def check(arrangement: Arrangement, properties: PropertySet, recording: Recordin
                 watch.reason = "inputs may change after the end"
             else:
                 watch.settle(stem, loop, assumed=assumed)
-    open_end = "the recording is damaged after this" if recording.damaged else "the run was not over"
+    open_end = "the recording ended before a verdict"
+    if recording.damaged or recording.lost:
+        open_end += f": {recording.damaged or recording.lost}"
     return [watch.decided(open_end=open_end) for watch in watches]
 
 
@@ -130,10 +132,10 @@ class _Performed:
         """Whether the arrangement has ended by itself: the last letter then repeats forever."""
         turns = iter(turns)
         first = next(turns, None)
-        if first is None:
-            return False
         execution, record, step = self._execution, self._execution.start(self._free), 0
         if self._goes_on:
+            if first is None:
+                return False
             # The letter that was made there is not known any more.
             stood = self._code.frames.record_of(first.frame)
             record, step = self._code.layout.relaid(stood, execution.layout, record), first.frame[STEPS]
