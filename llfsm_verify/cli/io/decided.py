@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 VIOLATED, UNDECIDED = 1, 4
 
 
-def say_decided(found: Sequence[tuple[Decided, str]]) -> int:
+def say_decided(found: Sequence[tuple[Decided, str]], *, allow_undecided: bool = False) -> int:
     """Prints each verdict and what there is to say of it; returns the exit code."""
     width = max((len(d.verdict) for d, _ in found), default=0)
     names = max((len(d.line.name) for d, _ in found), default=0)
@@ -24,7 +24,8 @@ def say_decided(found: Sequence[tuple[Decided, str]]) -> int:
         if said:
             print(" " * (width + names + 4) + said)
     verdicts = {d.verdict for d, _ in found}
-    return VIOLATED if "violated" in verdicts else UNDECIDED if "undecided" in verdicts else 0
+    open_ones = "undecided" in verdicts and not allow_undecided
+    return VIOLATED if "violated" in verdicts else UNDECIDED if open_ones else 0
 
 
 def when_decided(decided: Decided) -> str:

@@ -109,6 +109,8 @@ class Watch:
     def decided(self, *, open_end: str) -> Decided:
         """What became of it; `open_end` is why the run says no more."""
         step, frame = self.place or (None, None)
+        if self.monitor is not None and self.monitor.hopeless[self.state]:
+            open_end = "no finite part of a run decides it"
         reason = self.reason or open_end if self.verdict == "undecided" else ""
         return Decided(self.goal.line, self.verdict, step, frame, reason)
 
