@@ -56,12 +56,16 @@ def run(options: Namespace) -> int:
             done = replay_file(options.file, options.arrangement, load_arrangement)
             timeline = traced(done.arrangement, schedule_of(done.file, done.arrangement))
         write_timeline(timeline.part(first, last), wanted, options.output)
-        if recording is not None:
-            for note in recording.notes:
-                print(f"note: {note}", file=sys.stderr)
-            if recording.damaged:
-                print(f"{options.file}: damaged after what was written: {recording.damaged}", file=sys.stderr)
-                return DAMAGED
+    return 0 if recording is None else _told(recording)
+
+
+def _told(recording: Recording) -> int:
+    """Say what is to be said of a recording that was read; the exit code."""
+    for note in recording.notes:
+        print(f"note: {note}", file=sys.stderr)
+    if recording.damaged:
+        print(f"{recording.path}: damaged after what was written: {recording.damaged}", file=sys.stderr)
+        return DAMAGED
     return 0
 
 
@@ -91,7 +95,7 @@ def _saved(options: Namespace) -> int:
     if name != "-":
         announce(Path(name))
     print(piece.sentence, file=sys.stderr)
-    return 0
+    return _told(recording)
 
 
 def _recorded(recording: Recording, options: Namespace) -> Timeline:

@@ -302,7 +302,7 @@ class Recording:
                     _, check, at = _entry(data, at, frame, check)
                 self.damaged = "frames at its end are missing"
                 return
-        self.lost = KILLED if why == OPEN else f"the recording ended before the run ({os.strerror(why - WHOLE)})"
+        self.lost = KILLED if why == OPEN else f"the file could not grow ({os.strerror(why - WHOLE)})"
 
     def close(self) -> None:
         """Nothing more is read."""

@@ -194,7 +194,7 @@ def test_a_full_disk_is_not_a_kill(
     assert report.ending == "stopped" and report.frames == 5002 and 1 < report.recorded < 5000
     found, why = outcome(tmp_path / "r")
     assert len(found) == report.recorded and report.unrecorded == os.strerror(errno.ENOSPC)
-    assert why == f"the recording ended before the run ({report.unrecorded})"
+    assert why == f"the file could not grow ({report.unrecorded})"
     data = (tmp_path / "r").read_bytes()
     place = begin_of(data) - HEAD
     (tmp_path / "r").write_bytes(data[:place] + (100).to_bytes(8, "little") + data[place + 8 :])
