@@ -53,7 +53,7 @@ WORD = 8
 HEAD = WORD + 4 + CHECK_BYTES
 """Bytes before the first entry: `used`, `closed` and the first checksum."""
 OPEN, WHOLE = 0, 1
-KILLED = "the process was killed"
+KILLED, GOES_ON = "the process was killed", "the run goes on"
 MOST_HEADER = 1 << 26
 MOST_WORDS = 1 << 20
 """Words of a frame: what a damaged header says beyond that is not believed."""
@@ -234,15 +234,29 @@ class Recording:
             raise self._bad("the recording is damaged: its frames have no size", "record again")
         self.header: Mapping[str, Json] = MappingProxyType(header)
         self.has_checksums = first == MAGIC
-        head = self._file.read(HEAD if self.has_checksums else WORD)
-        if len(head) < (HEAD if self.has_checksums else WORD):
+        self._is_written = self._is_locked()
+        size = HEAD if self.has_checksums else WORD
+        head = self._file.read(size)
+        if len(head) < size:
             raise self._bad("the recording is damaged: its end is missing", "record again")
         self._begin = self._file.tell()
         self._there = max(0, self.path.stat().st_size - self._begin)
-        self._used, self._closed = int.from_bytes(head[:WORD], "little"), int.from_bytes(head[WORD:HEAD][:4], "little")
+        self._used = int.from_bytes(head[:WORD], "little")
+        self._closed = int.from_bytes(head[WORD : WORD + 4], "little")
         self._first = int.from_bytes(head[HEAD - CHECK_BYTES :], "little") if self.has_checksums else None
         if self.has_checksums and self._first != zlib.crc32(first + line):
             raise self._bad("the recording is damaged: its header was changed", "record again")
+
+    def _is_locked(self) -> bool:
+        """Whether a process writes the recording now."""
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+        except OSError:
+            return False  # a file system without locks
+        fcntl.flock(self._file, fcntl.LOCK_UN)
+        return False
 
     def _bad(self, message: str, hint: str) -> DiagnosticError:
         return DiagnosticError([Diagnostic(UNREADABLE, message, file=str(self.path), hint=hint)])
@@ -288,14 +302,14 @@ class Recording:
         """Without a last frame. A file that nobody closed still has what was reserved for it, in whole pages, and a
         process that was killed can have written one entry more at most than it has counted."""
         why, reserved = self._closed & 0xFFFF, not (self._begin + self._there) % PAGE
-        if check is None:
-            self.lost = KILLED
+        if check is None or (self._is_written and why == OPEN):
+            self.lost = GOES_ON if self._is_written else KILLED
             return
         is_named = self._closed in (OPEN, why | (why ^ 0xFFFF) << 16)
         if not is_named or why == WHOLE or not (reserved or (why and self._there == self._used)):
             self.damaged = "frames at its end are missing"
             return
-        if why == OPEN and check is not None:
+        if why == OPEN:
             data, at = self._file.read(WINDOW), 0
             with suppress(IndexError, ValueError):
                 for _ in range(2):

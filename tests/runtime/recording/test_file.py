@@ -21,7 +21,7 @@ from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.run import Run
 from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.recording import file
-from llfsm_verify.runtime.recording.file import HEAD, KILLED, PAGE, Recorder, Recording, Turn
+from llfsm_verify.runtime.recording.file import GOES_ON, HEAD, KILLED, PAGE, Recorder, Recording, Turn
 from llfsm_verify.runtime.recording.replay import replay
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from tests.quick import FRESH
@@ -158,6 +158,18 @@ def test_entries_that_are_not_counted(code: LiveCode, tmp_path: Path) -> None:
     for number, why in ((5, KILLED), (4, "damaged"), (1, "damaged")):
         path.write_bytes(data[: begin - HEAD] + ends[number - 1].to_bytes(8, "little") + data[begin - HEAD + 8 :])
         assert outcome(path) == (found[:number], why)
+
+
+@pytest.mark.slow
+def test_a_run_that_goes_on(code: LiveCode, tmp_path: Path) -> None:
+    loop, path = Loop(code), tmp_path / "r"
+    with closing(Recorder(path, {}, loop)):
+        assert outcome(path) == ([], GOES_ON)
+        loop.begin(0)
+        with Recording(path) as recording:
+            assert loop.go(5) == control.DONE
+            assert len(list(recording)) == 1 and recording.lost == GOES_ON and recording.damaged is None
+    assert outcome(path)[1] == KILLED
 
 
 class Full:
