@@ -20,6 +20,8 @@ from llfsm_verify.verification.query import QueryResult
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
+    from llfsm_verify.report.repeating import Repeated
+
 
 class Reachability(StrEnum):
     """What a query finds out."""
@@ -191,4 +193,62 @@ class ReplayOutcome:
     def run(self) -> RunView | None:
         """What the executor did; None: it could not begin."""
         trace = self.wrapped.replay.trace
+        return None if trace is None else RunView(trace, self.wrapped.arrangement)
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class RecordingOutcome:
+    """Whether a recording of a run is the same when it is performed again. It has what a `ReplayOutcome` has, so that
+    both are asked in one way. `wrapped` is the value inside, which is private."""
+
+    wrapped: Repeated
+
+    def __bool__(self) -> bool:
+        """TypeError: the recording may be damaged."""
+        raise TypeError("an outcome is neither true nor false: ask whether it `happens`")
+
+    def __repr__(self) -> str:
+        return f"<RecordingOutcome of {self.path}: {self}>"
+
+    def __str__(self) -> str:
+        return self.wrapped.sentence
+
+    @property
+    def happens(self) -> bool | None:
+        """True: every frame is the same, bit for bit; False: one differs; None: the recording is damaged."""
+        return self.wrapped.same
+
+    @property
+    def as_expected(self) -> bool:
+        """Every frame is the same."""
+        return self.wrapped.same is True
+
+    @property
+    def frames(self) -> int:
+        """How many frames are the same, from the first one on."""
+        return self.wrapped.frames
+
+    @property
+    def ending(self) -> str | None:
+        """How the run ended, such as ``"stopped"``, ``"fault"`` or ``"died"``; None: the recording does not say it, as
+        it ended before the run, or is damaged."""
+        return None if self.wrapped.ending == "running" else self.wrapped.ending
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is to be said of the file."""
+        return self.wrapped.notes
+
+    @property
+    def path(self) -> Path:
+        """The recording."""
+        return self.wrapped.path
+
+    @property
+    def run(self) -> RunView | None:
+        """The ringlets that were recorded, as steps; None: a frame differs, the recording is damaged, or it begins
+        where a machine was loaded."""
+        from llfsm_verify.report.repeating import trace_of
+
+        trace = trace_of(self.wrapped)
         return None if trace is None else RunView(trace, self.wrapped.arrangement)

@@ -10,7 +10,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Unpack, overload
 
-from llfsm_verify.api.answers import LintReport, QueryAnswer, ReplayOutcome
+from llfsm_verify.api.answers import LintReport, QueryAnswer, RecordingOutcome, ReplayOutcome
 from llfsm_verify.api.monitors import MonitorSet, monitors_of
 from llfsm_verify.api.options import (
     CheckOptions,
@@ -63,16 +63,22 @@ def load(path: str | Path) -> Model:
     return Model(load_arrangement(path))
 
 
-def replay(path: str | Path, model: Model | None = None) -> ReplayOutcome:
-    """Run a saved trace again, on the arrangement that it names, or on `model`.
+def replay(path: str | Path, model: Model | None = None) -> ReplayOutcome | RecordingOutcome:
+    """Run a saved trace or a recording again, on the arrangement that it names or has, or on `model`.
 
     Raises `DiagnosticError`: what is wrong with the file, or that the arrangement has not got what it names.
     """
 
+    from llfsm_verify.report.repeating import replay_recording
+    from llfsm_verify.runtime.recording.file import is_recording
+
     def found(path: str, /, *, named_at: Span | None = None) -> Arrangement:
         return load_arrangement(path, named_at=named_at) if model is None else model.wrapped
 
-    return ReplayOutcome(replay_file(str(path), None if model is None else model.path, found))
+    instead = None if model is None else model.path
+    if is_recording(path):
+        return RecordingOutcome(replay_recording(path, instead, found))
+    return ReplayOutcome(replay_file(str(path), instead, found))
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -352,7 +358,7 @@ class Model:
                 raise ValueError(f"the run is of another arrangement than this one, `{self.name}`")
             reaches = isinstance(trace, TraceView) and trace._of_query
             return run_graph(self.wrapped, machine, trace.wrapped, trace._of(), reaches=reaches)
-        done = replay(trace, self).wrapped
+        done = replay_file(str(trace), self.path, lambda _path, /, *, named_at=None: self.wrapped)  # noqa: ARG005
         graph = replayed_graph(self.wrapped, machine, done)
         if graph is None:
             raise DiagnosticError(Diagnostic("E411", f"the run {done.sentence}", file=str(trace)))

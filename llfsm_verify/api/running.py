@@ -9,9 +9,9 @@ import random
 import select
 import sys
 import threading
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Future
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, contextmanager
 from fractions import Fraction
 from pathlib import Path
 from typing import Literal, Self
@@ -120,6 +120,15 @@ class LiveRun:
         self._shared = shared
         self._slots = {slot.name: slot for slot in slots_of(shared.loop.code)}
 
+    @contextmanager
+    def _going_on(self) -> Iterator[None]:
+        """Where something is asked of the run. ValueError: it has ended; RuntimeError: see `_own`."""
+        self._own()
+        with self._lock:
+            if self._ended.is_set():
+                raise ValueError("the run has ended")
+            yield
+
     def _now(self) -> dict[str, Value]:
         frame = self._shared.segment.newest()
         return {} if frame is None else {name: slot.value(frame) for name, slot in self._slots.items()}
@@ -131,18 +140,17 @@ class LiveRun:
             return self._last if self._last is not None else self._now()
 
     def post(self, **values: Value) -> None:
-        """Give values to inputs, all together, from the next cycle on. ValueError: there is no such input or value."""
-        self._own()
-        with self._lock:
+        """Give values to inputs, all together, from the next cycle on. ValueError: there is no such input or value, or
+        the run has ended."""
+        with self._going_on():
             self._shared.posts.post({name: _json(value) for name, value in values.items()})
 
     def command(self, kind: str, target: str, value: Value | None = None) -> None:
         """Let an operator's command come at the beginning of a cycle; see `Whiteboard.command`.
 
-        ValueError: the arrangement's `operators` do not declare it.
+        ValueError: the arrangement's `operators` do not declare it, or the run has ended.
         """
-        self._own()
-        with self._lock:
+        with self._going_on():
             self._shared.posts.command(kind, target, None if value is None else _json(value), taken=lambda _: None)
 
     def replace(self, machine: str, path: str | Path, *, unchecked: bool = False) -> Replaced:
@@ -166,9 +174,7 @@ class LiveRun:
         answered: Future[tuple[int | str, Sequence[str]]] = Future()
         while not self.values() and not self._ended.wait(SHORTLY):
             pass  # it has not begun
-        with self._lock:
-            if self._ended.is_set():
-                raise ValueError("the run has ended")
+        with self._going_on():
             self.wrapped.ask(change, lambda outcome, notes: answered.set_result((outcome, notes)), unchecked)
             self._changing = answered
         outcome, notes = answered.result()

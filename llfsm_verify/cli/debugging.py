@@ -24,6 +24,8 @@ _HEAD_BYTES = 1 << 16
 
 def opened(options: Namespace, left: ExitStack) -> Driven:
     """What is debugged, ready to be driven; `left` closes what it holds. DiagnosticError: it cannot be read."""
+    from llfsm_verify.runtime.recording.file import is_recording
+
     path = options.what
     if not _exists(path):
         running = _attached(path, left)
@@ -33,7 +35,7 @@ def opened(options: Namespace, left: ExitStack) -> Driven:
             message = f"there is no file `{path}`, and no arrangement runs with a whiteboard of that name"
             hint = "check the path; `llfsm whiteboard list` says what runs"
             raise DiagnosticError([Diagnostic(ABSENT, message, hint=hint)])
-    if path != "-" and _is_recording(path):
+    if path != "-" and is_recording(path):
         return _recorded(options, left)
     if path != "-" and _is_trace(path):
         return _traced(options)
@@ -50,15 +52,6 @@ def _exists(path: str) -> bool:
         return path == "-" or Path(path).exists()
     except (OSError, ValueError):
         return False
-
-
-def _is_recording(path: str) -> bool:
-    from llfsm_verify.runtime.recording.file import is_recording
-
-    try:
-        return is_recording(path)
-    except (OSError, ValueError):
-        return False  # what is wrong with it is said where arrangements are read
 
 
 def _is_trace(path: str) -> bool:

@@ -42,9 +42,13 @@ class Parser(ArgumentParser):
     def parse_known_args(  # type: ignore[override]  # the types of argparse are overloads of this
         self, args: Sequence[str] | None = None, namespace: Namespace | None = None
     ) -> tuple[Namespace, list[str]]:
-        """As argparse does, but an option that there is not is told here, where those that there are can be looked
-        through."""
+        """As argparse does, but options may stand between the last positional arguments, and an option that there is
+        not is told here, where those that there are can be looked through."""
         options, left = super().parse_known_args(args, namespace)
+        try:
+            left = self._given_last(options, left)
+        except ArgumentError as error:
+            self.error(str(error))
         if left:
             wrong = next((word for word in left if word.startswith("-")), "").partition("=")[0]
             advice = meant(wrong, self._option_string_actions)
@@ -52,6 +56,22 @@ class Parser(ArgumentParser):
                 advice = f"; write `--properties {left[0][:100]}` for a property file"
             self.error(f"unrecognized arguments: {' '.join(left)[:200]}{advice}")
         return options, left
+
+    def _given_last(self, options: Namespace, left: list[str]) -> list[str]:
+        """Give words after an option to the last positional argument, which argparse took for complete when the option
+        came; what is left then. ArgumentError: a word is not one for it."""
+        last = next(reversed(self._get_positional_actions()), None)
+        if not left or last is None or any(word.startswith("-") for word in left):
+            return left
+        given = getattr(options, last.dest)
+        if last.nargs in ("*", "+"):
+            before = [] if given is last.default else given
+            setattr(options, last.dest, [*before, *self._get_values(last, left)])
+            return []
+        if last.nargs == "?" and given is last.default:
+            setattr(options, last.dest, self._get_values(last, left[:1]))
+            return left[1:]
+        return left
 
     def error(self, message: str) -> NoReturn:
         """Ends the process with exit code 2; where a command is missing, its help says what there is."""

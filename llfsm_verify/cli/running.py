@@ -138,6 +138,11 @@ def recording_arguments(parser: Parser) -> None:
     property_files(parser)
     property_lines(parser)
     other_arrangement(parser, "the recording has")
+    add(
+        "--allow-undecided",
+        action="store_true",
+        help="exit code 0 where nothing is violated, also if something is undecided; a damaged recording is still 4",
+    )
     add("--mapping", metavar="FILE", help="read a log; FILE says which column gives which slot; needs --arrangement")
     formats = "; ".join(f"{name}: {entry.about}" for name, entry in LOGS.items())
     add("--from", dest="format", choices=tuple(LOGS), help=f"the log's format (default: by its name): {formats}")

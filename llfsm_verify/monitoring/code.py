@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from llfsm_verify.backends.native.layout import WORD_BITS
+from llfsm_verify.backends.native.passes import optimise
 from llfsm_verify.interrupts import whole
 from llfsm_verify.monitoring.lookup import WalkTable
 
@@ -150,14 +151,7 @@ class MachineCode:
         level = 0 if quick else 2
         machine = llvm.Target.from_default_triple().create_target_machine(cpu=llvm.get_host_cpu_name(), opt=level)
         module = llvm.parse_assembly(text)
-        if quick:
-            passes = llvm.create_new_module_pass_manager()
-            passes.add_sroa_pass()
-            passes.add_simplify_cfg_pass()
-            passes.run(module, llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1)))
-        else:
-            builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=2))
-            builder.getModulePassManager().run(module, builder)
+        optimise(module, machine, level)
         self._engine = llvm.create_mcjit_compiler(module, machine)
         self._engine.finalize_object()
 

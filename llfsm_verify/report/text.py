@@ -25,6 +25,7 @@ from llfsm_verify.report.wording import (
     input_text,
     is_vacuous,
     left_out_text,
+    name_cell,
     resumed_text,
     summary_text,
     under_assumptions,
@@ -46,7 +47,7 @@ def result_text(
 ) -> Iterator[RenderableType]:
     """What `llfsm verify --format text` prints; `quiet` leaves out everything but the verdicts, and what was asked for
     beside them."""
-    width = max((len(p.name) for p in result.properties), default=6)
+    width = max((len(name_cell(p.name)) for p in result.properties), default=6)
     words = max(len(verdict_text(result, p)) for p in result.properties) if result.properties else 8
     faults = verdict_word(result, result.faults.verdict)
     words = max(words, len(faults))
@@ -126,7 +127,7 @@ def _colour_of(item: PropertyResult) -> Verdict:
 def _verdict_line(result: Result, words: str, item: PropertyResult, width: int, findings: Sequence[str]) -> Text:
     line = Text.assemble(
         (words, STYLES[_colour_of(item)]),
-        f"  {item.name.ljust(width)}  {asked_text(item.kind, item.text)}",
+        f"  {name_cell(item.name).ljust(width)}  {asked_text(item.kind, item.text)}",
     )
     margin = f"\n{' ' * len(words)}  {' ' * width}  "
     if item.reason is not None:

@@ -9,6 +9,9 @@ from llfsm_verify.checking.verdict import Attempt, PropertyResult, Result, Verdi
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.kripke.labels.notes import InputNote
 
+MOST_NAME = 60
+"""Characters of a name in a table."""
+
 
 def verdict_text(result: Result, item: PropertyResult) -> str:
     """`holds`, `violated`, `unknown`, or `holds on fault-free runs` while faults are violated or unknown; what holds by
@@ -53,6 +56,12 @@ CLAIMED = (
 def asked_text(kind: str, text: str) -> str:
     """A property as it was written, without its name: `forbid a b`, never `a b`, which would say the contrary."""
     return text if kind == "ltl" else f"{kind} {text}"
+
+
+def name_cell(name: str) -> str:
+    """A name in a table. The middle of a long one is left out, since all rows would be as wide; formats that programs
+    read have all of it."""
+    return name if len(name) <= MOST_NAME else f"{name[: MOST_NAME // 2]}…{name[1 - MOST_NAME // 2 :]}"
 
 
 def fault_text(result: Result) -> str:

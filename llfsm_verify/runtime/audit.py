@@ -3,7 +3,7 @@
 Each line has the SHA-256 (hex) of the line before it under `after`, so no line can be changed, left out or put between
 two others without changing all that come after it. Whoever can write the file can write all of it anew, and nobody
 sees that lines at the end are missing: what must not be lost is the hash of the last line, which the run prints in the
-end and `llfsm audit verify LOG --last HASH` compares.
+end and `llfsm audit verify LOG --last HASH` compares. That line has the hashes of the recordings, so it seals them.
 """
 
 from __future__ import annotations
@@ -76,6 +76,15 @@ class AuditLog:
             os.close(self._file)
             raise
 
+    def begin(self, facts: Mapping[str, Json]) -> None:
+        """Append the line of a run that begins. DiagnosticError (E500): it cannot be written, so the run must not
+        begin; a log that was empty is removed then."""
+        self.note(BEGUN, facts)
+        if self.failure is not None:
+            if not self._length:
+                self.path.unlink(missing_ok=True)
+            raise _unusable(self.path, self.failure)
+
     def note(self, what: str, facts: Mapping[str, Json]) -> None:
         """Append a line; where that fails, `failure` says why."""
         entry = {"what": what, "time": self._clock().isoformat(timespec="microseconds"), **facts, "after": self.last}
@@ -140,6 +149,15 @@ def _read(file: BinaryIO, path: str | Path) -> Verified:
 def _lines(file: BinaryIO) -> Iterator[bytes]:
     while line := file.readline(MOST_LINE):
         yield line
+
+
+def seal_of(path: str | Path) -> str:
+    """The SHA-256 of a file that a run has written, as hexadecimal digits, or why there is none."""
+    try:
+        with open(path, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        return error.strerror or "it cannot be read"
 
 
 def _hash(line: bytes) -> str:

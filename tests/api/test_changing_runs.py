@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import threading
 import time
@@ -14,6 +15,7 @@ from llfsm_verify.runtime.recording.file import Recording
 from llfsm_verify.runtime.whiteboard.permissions import policy_digest, user_name
 from llfsm_verify.runtime.whiteboard.places import socket_path
 from tests.cli.running import llfsm
+from tests.runtime.recording.test_file import Full
 
 OWN = user_name(os.getuid())
 ARRANGEMENT = f"""\
@@ -125,3 +127,27 @@ def test_what_is_not_from_files_stays(counter: Path) -> None:
     (counter / "a.yaml").write_text(ARRANGEMENT + "# edited\n")
     with model.run() as run, pytest.raises(ValueError, match="does not come from files"):
         run.replace("count", counter / "down.yaml")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("processes", ["thread", "separate"])
+def test_a_recording_that_ended_early_is_told_after_another_machine(
+    counter: Path, processes: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first one, of a run that another one went on with."""
+    Full(monkeypatch, 3)
+    with lv.load(counter / "a.yaml").run(record=counter / "r", rate=20, processes=processes) as run:
+        while not recording_ended(counter / "r"):
+            time.sleep(0.001)
+        monkeypatch.undo()
+        run.replace("count", counter / "down.yaml", unchecked=True)
+    report = run.wait()
+    assert report.ending == "stopped" and report.unrecorded == os.strerror(errno.ENOSPC)
+    with Recording(counter / "r") as first, Recording(counter / "r.2") as second:
+        assert report.recorded == len(list(first)) + len(list(second)) - 2, "where one ends the other begins"
+        assert str(first.lost).startswith("the file could not grow") and second.lost is None
+
+
+def recording_ended(path: Path) -> bool:
+    with Recording(path) as recording:
+        return bool(recording._closed)

@@ -12,12 +12,20 @@ import pytest
 
 import llfsm_verify as lv
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS
-from llfsm_verify.runtime.recording.file import Recording
+from llfsm_verify.runtime.recording.file import HEAD, Recording
 from llfsm_verify.runtime.recording.origin import code_of as code_of_recording
 from llfsm_verify.runtime.whiteboard.slots import slots_of
 from tests.cli.running import FAULTY, LIGHTS, llfsm
 from tests.runtime.live.runs import turns_of
+from tests.runtime.recording.forging import begin_of, sealed
 
+ENDING = """\
+name: ending
+cycle_ms: 10
+whiteboard: {n: {type: 0..5}}
+machines: {m: {inline: {machine: M, states: [{name: A, on_entry: "n = 1;"}]}}}
+schedule: [m]
+"""
 BOTH = "both: G !(ns@GREEN && ew@GREEN)"
 
 
@@ -33,6 +41,44 @@ def test_a_run_is_recorded_and_monitored(processes: str, tmp_path: Path) -> None
     assert run.values()["verdict(both)"] == "violated" and run.values()["ns"] == "GREEN"
     assert llfsm("replay", str(path)).stdout.endswith("the same bit for bit, and then violated\n")
     assert "in frame 23" in llfsm("check-recording", str(path), "-p", BOTH).stdout
+    again = lv.replay(path)
+    assert isinstance(again, lv.RecordingOutcome) and again.as_expected and again.happens is True
+    assert (again.frames, again.ending, again.notes, again.path) == (report.frames, "violated", (), path)
+    assert again.run is not None and len(again.run) == report.ringlets
+    assert all(again.run.values(-1)[name] == run.values()[name] for name in ("ns", "ew"))
+
+
+@pytest.mark.slow
+def test_recordings_that_are_not_the_same(tmp_path: Path) -> None:
+    """A run that ends at once; another arrangement in its place, a missing end, and a recording of no cycle."""
+    path, other = tmp_path / "r", tmp_path / "other.yaml"
+    (tmp_path / "a.yaml").write_text(ENDING)
+    other.write_text(ENDING.replace("n = 1", "n = 2"))
+    assert lv.load(tmp_path / "a.yaml").run(rate=0, record=path).wait().ending == "ended"
+    again = lv.replay(path)
+    assert again.as_expected and again.run is not None and again.run.values(-1)["n"] == 1
+    differs = lv.replay(path, lv.load(other))
+    assert differs.happens is False and differs.run is None and "differs: frame 2" in str(differs)
+    data = path.read_bytes()
+    path.write_bytes(data[:-1])
+    again = lv.replay(path)
+    assert (again.happens, again.run, again.as_expected) == (None, None, False)
+    assert str(again) == "damaged after frame 2, and the same until then: the end of the file is missing"
+    head = data[: begin_of(data) - HEAD]
+    path.write_bytes(sealed(head, [], bytes(4)).ljust(len(head) + 4096, b"\0"))
+    again = lv.replay(path)
+    assert str(again) == "0 cycles, and then nothing: the process was killed" and again.as_expected
+    assert isinstance(again, lv.RecordingOutcome) and again.ending is None and again.run is not None
+    assert len(again.run) == 0
+
+
+@pytest.mark.slow
+def test_nothing_is_asked_of_a_run_that_has_ended() -> None:
+    run = lv.load(LIGHTS).run(rate=0, cycles=2)
+    run.wait()
+    for ask in (lambda: run.post(car=True), lambda: run.command("suspend", "ns"), lambda: run.replace("ns", __file__)):
+        with pytest.raises(ValueError, match="the run has ended"):
+            ask()
 
 
 @pytest.mark.slow

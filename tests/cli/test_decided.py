@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import pytest
+
+from llfsm_verify.cli.commands.guard import _listed, _proved
 from llfsm_verify.cli.io.decided import say_decided, when_decided
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.guarding.guardable import Guardable
 from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.report.text import result_text
 from llfsm_verify.runtime.recording.check import Decided
+from tests.report.results import GOOD, result
 
 LINE = parse_properties([Source("p", "a: G p")]).properties[0]
 
@@ -25,3 +33,23 @@ def test_when_a_property_is_decided(capsys) -> None:
         "              because the run was not over",
         "satisfied  a  G p",
     ]
+
+
+@pytest.mark.parametrize("table", ["verify", "check-recording", "guard", "guardable"])
+def test_a_long_name_does_not_make_rows_wide(table: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its beginning and its end are shown, and the other rows are as wide as without its middle."""
+    name = "first" + "n" * 5000 + "last"
+    long = replace(LINE, name=name)
+    if table == "verify":
+        items = (replace(GOOD, name=name), GOOD)
+        printed = "\n".join(str(line) for line in result_text(result(*items), quiet=True))
+    elif table == "check-recording":
+        say_decided([(Decided(long, "satisfied"), ""), (Decided(LINE, "satisfied"), "")])
+        printed = capsys.readouterr().out
+    elif table == "guard":
+        found = (replace(GOOD, name=name), GOOD)
+        printed = "".join(_proved(found))
+    else:
+        printed = "".join(_listed([Guardable(long, ("x",), None), Guardable(LINE, ("x",), None)]))
+    assert max(map(len, printed.splitlines())) <= 120
+    assert "first" + "n" * 25 in printed and "nlast" in printed

@@ -91,6 +91,33 @@ def test_slips_are_told_with_what_was_probably_meant(words, told):
     assert (done.returncode, done.stdout, done.stderr) == (2, "", f"error: {told}\n")
 
 
+@pytest.mark.parametrize(
+    ("words", "dest", "given"),
+    [
+        ("send x replace ns --unchecked f.yaml", "value", "f.yaml"),
+        ("send x --unchecked replace ns f.yaml", "value", "f.yaml"),
+        ("verify a.yaml -p X p.ltl", "properties", ["p.ltl"]),
+        ("verify a.yaml p.ltl -q q.ltl r.ltl", "properties", ["p.ltl", "q.ltl", "r.ltl"]),
+        ("check-recording r --allow-undecided p.ltl", "properties", ["p.ltl"]),
+        ("replay a -q b", "traces", ["a", "b"]),
+        ("check a -q b", "paths", ["a", "b"]),
+        ("check -q", "paths", ["."]),
+        ("property classify a --timeout 3 b", "input", ["a", "b"]),
+        ("whiteboard watch x --every 3 a b", "slots", ["a", "b"]),
+        ("send x suspend ns", "value", None),
+    ],
+)
+def test_options_may_stand_between_the_last_arguments(words, dest, given):
+    assert getattr(llfsm_parser().parse_args(words.split()), dest) == given
+
+
+@pytest.mark.parametrize("words", ["send x replace ns --unchecked a b", "verify a.yaml b.ltl -q c.ltl --nonsense d"])
+def test_what_is_too_much_is_told(words, capsys):
+    with pytest.raises(SystemExit):
+        llfsm_parser().parse_args(words.split())
+    assert "unrecognized arguments: " in capsys.readouterr().err
+
+
 def test_only_the_properties_that_are_named_are_checked_under_all_assumptions():
     texts = ["assume a: G F sampled(car)", "one: F ew@GREEN", "two: F G ew@GREEN", "three: G F ns@GREEN"]
     lines = [word for text in texts for word in ("-p", text)]

@@ -11,9 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from llfsm_verify.runtime.recording.file import MAGIC, PAGE, Recording
+from llfsm_verify.runtime.recording.file import HEAD, MAGIC, PAGE, Recording
 from tests.cli.running import FAULTY, LIGHTS, llfsm
 from tests.processes import ended
+from tests.runtime.recording.forging import begin_of, entries_of, sealed
 
 PROPERTIES = "properties/traffic_lights.ltl"
 ENDING = """\
@@ -50,7 +51,13 @@ def test_a_simulation_is_recorded_replayed_and_checked(tmp_path: Path) -> None:
     done = llfsm("replay", recording)
     assert (done.returncode, done.stdout) == (0, f"{recording}: 122 frames, the same bit for bit, and then stopped\n")
     done = llfsm("check-recording", recording, PROPERTIES)
-    assert done.returncode == 4 and "violated" not in done.stdout and "because the run was not over" in done.stdout
+    assert done.returncode == 4 and "violated" not in done.stdout
+    assert "because the recording ended before a verdict\n" in done.stdout
+    done = llfsm("check-recording", recording, "-p", "G F ns@GREEN", "--allow-undecided", PROPERTIES)
+    assert done.returncode == 0 and "because no finite part of a run decides it\n" in done.stdout
+    Path(recording).write_bytes(Path(recording).read_bytes()[:-1])
+    done = llfsm("check-recording", recording, PROPERTIES, "--allow-undecided")
+    assert done.returncode == 4 and "because the recording ended before a verdict: the end of the file" in done.stdout
 
 
 @pytest.mark.slow
@@ -174,7 +181,7 @@ def test_files_that_are_no_recordings(ending: str, tmp_path: Path) -> None:
     done = llfsm("check-recording", ending, "-p", "F n == 1")
     assert done.returncode == 3 and "error[E481]" in done.stderr
     later = tmp_path / "later"
-    later.write_bytes(b"llfsm-verify recording 2\n")
+    later.write_bytes(b"llfsm-verify recording 3\n")
     done = llfsm("check-recording", str(later), "-p", "F n == 1")
     assert done.returncode == 3 and "of another version" in done.stderr
     for header in (
@@ -182,11 +189,12 @@ def test_files_that_are_no_recordings(ending: str, tmp_path: Path) -> None:
         {"words": 30, "arrangement": "a.yaml", "files": {"/etc/x": "name: x"}},
         {"words": 30, "cycle_ms": "1/0", "arrangement": "a.yaml", "files": {}},
     ):  # fmt: skip
-        later.write_bytes((MAGIC + json.dumps(header).encode()).ljust(PAGE - 1) + b"\n" + bytes(8))
+        later.write_bytes(sealed((MAGIC + json.dumps(header).encode()).ljust(PAGE - 1) + b"\n", []))
         done = llfsm("replay", str(later))
         assert done.returncode == 3 and "error[E" in done.stderr, (header, done)
     data = recording.read_bytes()
-    later.write_bytes(data.replace(b"n == 3", b"n == 4"))
+    head = data[: begin_of(data) - HEAD].replace(b"n == 3", b"n == 4")
+    later.write_bytes(sealed(head, entries_of(recording)))
     done = llfsm("replay", str(later))
     assert done.returncode == 3 and "error[E482]" in done.stderr
 
@@ -308,11 +316,11 @@ def test_a_recording_that_was_cut_is_damaged(ending: str, tmp_path: Path) -> Non
     recording = tmp_path / "r"
     assert llfsm("run", ending, "--rate", "0", "--record", str(recording)).returncode == 0
     data = recording.read_bytes()
-    begin = data.index(b"\n", len(MAGIC)) + 1
-    for end in (begin, begin + 4, begin + 8, len(data) - 1):
+    begin = begin_of(data) - HEAD
+    for end in (begin, begin + 8, begin + HEAD, len(data) - 1):
         recording.write_bytes(data[:end])
         done = llfsm("replay", str(recording))
-        assert done.returncode == 3 and "damaged" in done.stdout, end
+        assert done.returncode == 3 and "damaged" in done.stdout + done.stderr, end
 
 
 @pytest.mark.slow

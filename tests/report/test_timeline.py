@@ -189,6 +189,8 @@ def test_wrong_uses(tmp_path: Path) -> None:
     Path(recording).write_bytes(data[:-1])
     done = llfsm("trace", recording, "--to", "csv")
     assert done.returncode == 3 and "damaged" in done.stderr and done.stdout.count("\n") > 5
+    done = llfsm("trace", recording, "--to", "trace", "--arrangement", FAULTY, "-p", "a: G true")
+    assert done.returncode == 3 and "damaged" in done.stderr and "expect: holds" in done.stdout
 
 
 @pytest.mark.slow

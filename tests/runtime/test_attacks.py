@@ -20,11 +20,12 @@ from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.report.access import access_text
 from llfsm_verify.runtime.audit import verify
-from llfsm_verify.runtime.recording.file import MAGIC, Recording
+from llfsm_verify.runtime.recording.file import HEAD, Recording
 from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.permissions import policy_digest, user_name
 from llfsm_verify.runtime.whiteboard.places import socket_path
 from tests.cli.running import llfsm
+from tests.runtime.recording.forging import begin_of, entries_of, sealed
 
 ARRANGEMENT = """\
 name: guarded
@@ -209,9 +210,12 @@ def test_a_policy_that_was_edited_in_a_recording_is_noticed(folder: Path) -> Non
     done = llfsm("run", str(folder / "a.yaml"), "--rate", "0", "--for", "20ms", "--record", str(record))
     assert done.returncode == 0, done.stderr
     assert llfsm("replay", str(record)).returncode == 0
-    data = record.read_bytes()
-    assert data.startswith(MAGIC)
-    record.write_bytes(data.replace(b"alarm: safety", b"alarm: public"))
+    data, entries = record.read_bytes(), entries_of(record)
+    edited = data.replace(b"alarm: safety", b"alarm: public")
+    record.write_bytes(edited)
+    done = llfsm("replay", str(record))
+    assert done.returncode == 3 and "E481" in done.stderr and "its header was changed" in done.stderr
+    record.write_bytes(sealed(edited[: begin_of(data) - HEAD], entries))  # with checksums that fit
     done = llfsm("replay", str(record))
     assert done.returncode == 3 and "E482" in done.stderr
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
+import subprocess
+import sys
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -122,6 +125,55 @@ def test_a_log_that_cannot_be_written_says_so(tmp_path: Path, monkeypatch: pytes
     assert log.failure == "No space left on device" and log.last == before
     log.close()
     assert verify(tmp_path / "log").entries == 1
+
+
+RUN = (
+    "run",
+    "models/komodo_region/arrangement.yaml",
+    "--simulate",
+    "--rate",
+    "0",
+    "--for",
+    "1s",
+    "--whiteboard",
+    "full",
+)
+FULL = """
+import os, sys
+from llfsm_verify.cli import main
+left = int(sys.argv[1])
+def full(descriptor):
+    global left
+    left -= 1
+    if left < 0:
+        raise OSError(28, os.strerror(28))
+os.fdatasync = full
+sys.exit(main(sys.argv[2:]))
+"""
+
+
+@pytest.mark.slow
+def test_a_run_whose_log_is_full_says_so(tmp_path: Path) -> None:
+    """From the beginning it does not run; later its exit code is 1."""
+    log, recording = tmp_path / "log", tmp_path / "r"
+    words = [*RUN, "--audit", str(log), "--record", str(recording)]
+
+    def run(lines: int) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-c", FULL, str(lines), *words]
+        return subprocess.run(command, capture_output=True, text=True, check=False)
+
+    done = run(0)
+    assert done.returncode == 3 and "E500" in done.stderr and "No space left on device" in done.stderr
+    assert not log.exists() and not recording.exists()
+    done = run(1)
+    assert done.returncode == 1, done.stderr
+    assert done.stdout.endswith(f"last line {verify(log).last}; it ended before the run: No space left on device\n")
+    assert verify(log).entries == 1 and verify(log).open
+    recording.unlink()
+    done = run(2)
+    assert done.returncode == 0 and done.stdout.endswith(f"last line {verify(log).last}\n")
+    ended = json.loads(log.read_bytes().splitlines()[-1])
+    assert ended["recordings"] == {str(recording): hashlib.sha256(recording.read_bytes()).hexdigest()}
 
 
 def test_the_command(tmp_path: Path) -> None:

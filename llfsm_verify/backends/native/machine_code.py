@@ -9,6 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, Literal
 
+from llfsm_verify.backends.native.passes import optimise
 from llfsm_verify.interrupts import whole
 from llfsm_verify.kept import fingerprint, keep_newest, keeping_meanwhile, kept, place
 
@@ -75,14 +76,7 @@ def _compiled(text: str, effort: Effort, path: Path | None) -> Any:
 
     machine = _target_machine(effort)
     module = llvm.parse_assembly(text)
-    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1))
-    if effort == "full":
-        builder.getModulePassManager().run(module, builder)
-    else:
-        passes = llvm.create_new_module_pass_manager()
-        passes.add_sroa_pass()
-        passes.add_simplify_cfg_pass()
-        passes.run(module, builder)
+    optimise(module, machine, 1 if effort == "full" else 0)
     engine = llvm.create_mcjit_compiler(module, machine)
     if path is None:
         engine.finalize_object()

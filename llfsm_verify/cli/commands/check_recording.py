@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from argparse import Namespace
 
 from llfsm_verify.arrangement import load_arrangement
@@ -18,7 +19,8 @@ from llfsm_verify.runtime.recording.replay import compared
 
 
 def run(options: Namespace) -> int:
-    """1 where a property is violated, else 4 where one is undecided, else 0. Raises DiagnosticError."""
+    """1 where a property is violated, else 4 where one is undecided (with ``--allow-undecided`` only if the recording
+    is damaged), else 0. Raises DiagnosticError."""
     if not options.properties and not options.property:
         return usage("no property to decide: name a property file, or write -p TEXT")
     if options.mapping is not None:
@@ -34,7 +36,10 @@ def _decide(recording: Recording, options: Namespace) -> int:
     arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
     with compared(recording):
         found = check(arrangement, lines, recording)
-    return say_decided([(d, when_decided(d)) for d in found])
+    for note in recording.notes:
+        print(f"note: {note}", file=sys.stderr)
+    allowed = options.allow_undecided and recording.damaged is None
+    return say_decided([(d, when_decided(d)) for d in found], allow_undecided=allowed)
 
 
 def _decide_log(options: Namespace) -> int:
@@ -46,7 +51,7 @@ def _decide_log(options: Namespace) -> int:
     lines = read_properties(options, CHECKED)
     arrangement = load_arrangement(options.arrangement)
     found = check_log(arrangement, lines, options.recording, options.mapping, wanted)
-    return say_decided([(d.decided, _where(d)) for d in found])
+    return say_decided([(d.decided, _where(d)) for d in found], allow_undecided=options.allow_undecided)
 
 
 def _where(found: DecidedOnLog) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,6 +29,7 @@ from llfsm_verify.logic.properties import FEATURES, PropertySet
 from llfsm_verify.registry import Unregistered
 
 if TYPE_CHECKING:
+    from llfsm_verify.checking.verdict import PropertyResult
     from llfsm_verify.limits import Budget
 
 NOT_ALL, UNKNOWN = 1, 4
@@ -143,7 +144,6 @@ def _prove(options: Namespace, made: Guarded, properties: PropertySet) -> int:
     from llfsm_verify.guarding.proof import prove
     from llfsm_verify.limits import Budget, Limits
     from llfsm_verify.report.formats import RESULTS, Style
-    from llfsm_verify.report.wording import asked_text
 
     limits = Limits(options.max_states, options.memory, options.timeout)
     budget = Budget(limits)
@@ -153,9 +153,7 @@ def _prove(options: Namespace, made: Guarded, properties: PropertySet) -> int:
         return UNKNOWN
     output = Output(options.color, options.width)
     if proof.exit_code == 0:
-        found = proof.result.properties
-        width = max(len(p.name) for p in found)
-        output.plain("".join(f"proved  {p.name:<{width}}  {asked_text(p.kind, p.text)}\n" for p in found))
+        output.plain("".join(_proved(proof.result.properties)))
         output.plain(f"\nwhatever these machines do: {', '.join(proof.machines)}\n")
         output.plain(_transparent(made, budget))
         return 0
@@ -163,6 +161,13 @@ def _prove(options: Namespace, made: Guarded, properties: PropertySet) -> int:
     for reason in proof.reasons:
         output.plain(f"{reason}.\n")
     return proof.exit_code
+
+
+def _proved(found: Sequence[PropertyResult]) -> list[str]:
+    from llfsm_verify.report.wording import asked_text, name_cell
+
+    width = max(len(name_cell(p.name)) for p in found)
+    return [f"proved  {name_cell(p.name):<{width}}  {asked_text(p.kind, p.text)}\n" for p in found]
 
 
 def _transparent(made: Guarded, budget: Budget) -> str:
@@ -192,12 +197,14 @@ def _tell(text: str) -> None:
 
 
 def _listed(found: list[Guardable]) -> list[str]:
-    width = max(len(each.line.name) for each in found)
+    from llfsm_verify.report.wording import name_cell
+
+    width = max(len(name_cell(each.line.name)) for each in found)
     lines = []
     for each in found:
         verdict = "guardable" if each.refusal is None else "not guardable"
         why = f"by routing {', '.join(each.outputs)}" if each.refusal is None else each.refusal.reason
-        lines.append(f"{verdict:<13}  {each.line.name:<{width}}  {why}\n")
+        lines.append(f"{verdict:<13}  {name_cell(each.line.name):<{width}}  {why}\n")
     return lines
 
 

@@ -13,11 +13,16 @@ MISFIT = 3
 
 def run(options: Namespace) -> int:
     """The worst code over all traces: 3 when one no longer fits or is no trace file, then 1, then 0."""
+    from llfsm_verify.report.repeating import replay_recording
+    from llfsm_verify.runtime.recording.file import is_recording
+
     worst = 0
     output = Output(options.color, options.width)
     for path in options.traces:
-        if _is_recording(path):
-            worst = max(worst, _perform(path, options, output))
+        if is_recording(path):
+            again = replay_recording(path, options.arrangement, load_arrangement)
+            output.plain("".join(f"note: {note}\n" for note in again.notes) + f"{path}: {again.sentence}\n")
+            worst = max(worst, {True: 0, False: 1, None: MISFIT}[again.same])
             continue
         done = replay_file(path, options.arrangement, load_arrangement)
         if not options.quiet:
@@ -25,40 +30,6 @@ def run(options: Namespace) -> int:
         output.plain(f"{path}: {done.sentence}\n")
         worst = max(worst, _code(done))
     return worst
-
-
-def _is_recording(path: str) -> bool:
-    from llfsm_verify.runtime.recording.file import is_recording
-
-    try:
-        return is_recording(path)
-    except OSError:
-        return False  # what is wrong with it is said where traces are read
-
-
-def _perform(path: str, options: Namespace, output: Output) -> int:
-    """Perform a recording again; 1 where a frame differs."""
-    from llfsm_verify.runtime.live.frame import ENDING, ENDINGS
-    from llfsm_verify.runtime.recording.file import Recording
-    from llfsm_verify.runtime.recording.origin import arrangement_of, code_of
-    from llfsm_verify.runtime.recording.replay import Differs, performed
-
-    frames, ending = 0, 0
-    with Recording(path) as recording:
-        arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
-        code = code_of(recording, arrangement)
-        try:
-            for turn in performed(recording, code):
-                frames, ending = frames + 1, turn.frame[ENDING]
-        except Differs as differs:
-            output.plain(f"{path}: differs: {differs}\n")
-            return 1
-    over = f"and then {ENDINGS[ending]}" if ending else "and then nothing: the process was killed"
-    if recording.damaged:
-        output.plain(f"{path}: damaged after frame {frames:,}, and the same until then\n")
-        return MISFIT
-    output.plain(f"{path}: {frames:,} frames, the same bit for bit, {over}\n")
-    return 0
 
 
 def _code(done: Replayed) -> int:

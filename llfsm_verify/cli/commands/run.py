@@ -25,11 +25,12 @@ from llfsm_verify.cli.ports import declared_ports, following, opened, unusable, 
 from llfsm_verify.cli.properties import property_sources
 from llfsm_verify.collector import do_more_tasks
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, without_controls
+from llfsm_verify.jsonvalue import Json
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.report.running import port_lines, report_lines
-from llfsm_verify.runtime.audit import BEGUN, ENDED, AuditLog
+from llfsm_verify.runtime.audit import ENDED, AuditLog, seal_of
 from llfsm_verify.runtime.live.codes import UNSERVED
 from llfsm_verify.runtime.live.loop import Prescribed
 from llfsm_verify.runtime.live.preparing import script_of
@@ -47,8 +48,8 @@ VIOLATED, UNKNOWN = 1, 4
 
 def run(options: Namespace) -> int:
     """0 when it was stopped or has ended by itself, 1 after a fault, an overrun under ``--on-overrun stop``, a port
-    that stopped it, or a recording that ended before it, 4 when a value left 64 bits. DiagnosticError: wrong files, or
-    an arrangement that cannot run.
+    that stopped it, or a recording or an audit log that ended before it, 4 when a value left 64 bits. DiagnosticError:
+    wrong files, an arrangement that cannot run, or an audit log that cannot be written (E500).
     """
     do_more_tasks()
     if options.inputs is not None and options.ports is not None:
@@ -131,7 +132,8 @@ def run(options: Namespace) -> int:
         if ports is not None:
             ports.finish(report.ending)
         if audit is not None:
-            audit.note(ENDED, {"ending": report.ending, "frames": report.frames})
+            seals: dict[str, Json] = {str(path): seal_of(path) for path in done.recordings}
+            audit.note(ENDED, {"ending": report.ending, "frames": report.frames, "recordings": seals})
     failure = ports.failure if ports is not None and report.ending == "stopped" else None
     out = sys.stderr if writes_to_output(specs) else sys.stdout
     for line in report_lines(report, how.cycle, done.recordings, failure):
@@ -145,7 +147,8 @@ def run(options: Namespace) -> int:
         sys.stdout.flush()
         os.kill(os.getpid(), signal.SIGSTOP)
     violated = any(verdict == "violated" for _, verdict, _ in report.monitored)
-    if violated or report.unrecorded is not None or failure is not None:
+    unlogged = audit is not None and audit.failure is not None
+    if violated or unlogged or report.unrecorded is not None or failure is not None:
         return VIOLATED
     return {"ended": 0, "stopped": 0, "overflow": UNKNOWN}.get(report.ending, VIOLATED)
 
@@ -157,14 +160,13 @@ def _audited(path: str | None, digest: str, arrangement: Arrangement) -> Iterato
         yield None
         return
     with closing(AuditLog(path)) as log:
-        log.note(
-            BEGUN,
+        log.begin(
             {
                 "arrangement": arrangement.name,
                 "digest": digest,
                 "policy": policy_digest(arrangement),
                 "pid": os.getpid(),
-            },
+            }
         )
         yield log
 

@@ -48,7 +48,7 @@ def run(options: Namespace) -> int:
     first, last = options.steps
     with ExitStack() as left:
         recording = None
-        if _records(options.file):
+        if options.file != "-" and is_recording(options.file):
             recording = left.enter_context(Recording(options.file))
             left.enter_context(compared(recording))
             timeline = _recorded(recording, options)
@@ -56,9 +56,16 @@ def run(options: Namespace) -> int:
             done = replay_file(options.file, options.arrangement, load_arrangement)
             timeline = traced(done.arrangement, schedule_of(done.file, done.arrangement))
         write_timeline(timeline.part(first, last), wanted, options.output)
-        if recording is not None and recording.damaged:
-            print(f"{options.file}: the recording is damaged after what was written", file=sys.stderr)
-            return DAMAGED
+    return 0 if recording is None else _told(recording)
+
+
+def _told(recording: Recording) -> int:
+    """Say what is to be said of a recording that was read; the exit code."""
+    for note in recording.notes:
+        print(f"note: {note}", file=sys.stderr)
+    if recording.damaged:
+        print(f"{recording.path}: damaged after what was written: {recording.damaged}", file=sys.stderr)
+        return DAMAGED
     return 0
 
 
@@ -69,7 +76,7 @@ def _saved(options: Namespace) -> int:
 
     first, last = options.steps
     name = options.output if options.output not in (None, "") else "-"
-    if not _records(options.file):
+    if options.file == "-" or not is_recording(options.file):
         return usage(f"`{options.file}` is not a recording; `--to trace` needs a recording of `llfsm run`")
     if first:
         return usage(f"a saved trace begins where the run begins: --steps :{'' if last is None else last}")
@@ -88,14 +95,7 @@ def _saved(options: Namespace) -> int:
     if name != "-":
         announce(Path(name))
     print(piece.sentence, file=sys.stderr)
-    return 0
-
-
-def _records(path: str) -> bool:
-    try:
-        return path != "-" and is_recording(path)
-    except OSError:
-        return False  # what is wrong with it is said where traces are read
+    return _told(recording)
 
 
 def _recorded(recording: Recording, options: Namespace) -> Timeline:

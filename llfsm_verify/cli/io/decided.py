@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from llfsm_verify.report.wording import asked_text
+from llfsm_verify.report.wording import asked_text, name_cell
 from llfsm_verify.runtime.recording.check import Decided
 
 if TYPE_CHECKING:
@@ -14,17 +14,18 @@ if TYPE_CHECKING:
 VIOLATED, UNDECIDED = 1, 4
 
 
-def say_decided(found: Sequence[tuple[Decided, str]]) -> int:
+def say_decided(found: Sequence[tuple[Decided, str]], *, allow_undecided: bool = False) -> int:
     """Prints each verdict and what there is to say of it; returns the exit code."""
     width = max((len(d.verdict) for d, _ in found), default=0)
-    names = max((len(d.line.name) for d, _ in found), default=0)
+    names = max((len(name_cell(d.line.name)) for d, _ in found), default=0)
     for decided, said in found:
         line = decided.line
-        print(f"{decided.verdict:{width}}  {line.name:{names}}  {asked_text(line.kind, line.text)}")
+        print(f"{decided.verdict:{width}}  {name_cell(line.name):{names}}  {asked_text(line.kind, line.text)}")
         if said:
             print(" " * (width + names + 4) + said)
     verdicts = {d.verdict for d, _ in found}
-    return VIOLATED if "violated" in verdicts else UNDECIDED if "undecided" in verdicts else 0
+    open_ones = "undecided" in verdicts and not allow_undecided
+    return VIOLATED if "violated" in verdicts else UNDECIDED if open_ones else 0
 
 
 def when_decided(decided: Decided) -> str:

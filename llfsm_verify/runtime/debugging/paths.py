@@ -229,6 +229,8 @@ class Recorded:
         if ENDINGS[self._ending] not in ("running", "ended"):
             yield f"the recording ends here: {ENDINGS[self._ending]}"
         if self._recording.damaged:
-            yield "the recording is damaged after this"
+            yield f"the recording is damaged after this: {self._recording.damaged}"
+        if self._recording.lost:
+            yield f"the recording ends here: {self._recording.lost}"
         while True:
             yield "the recording ends here"

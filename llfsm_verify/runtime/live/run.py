@@ -177,13 +177,12 @@ class Running(ABC):
                 try:
                     self._recorder.grow()
                 except OSError as error:
-                    self._give_up_recording(error)
+                    self._give_up_recording(self._recorder, error)
         return reason
 
-    def _give_up_recording(self, error: OSError) -> None:
-        self._unrecorded = error.strerror or "the file cannot grow"
+    def _give_up_recording(self, recorder: Recorder, error: OSError) -> None:
+        self._unrecorded = recorder.give_up(error)
         self._recorded = self.loop.number
-        self.loop.told[control.LOG] = 0
 
     @property
     def _kept(self) -> set[int]:
@@ -214,7 +213,7 @@ class Running(ABC):
             try:
                 self._recorder.reach()
             except OSError as error:
-                self._give_up_recording(error)
+                self._give_up_recording(self._recorder, error)
 
     def _why(self, reason: int) -> tuple[str, int]:
         if self.handed_over:

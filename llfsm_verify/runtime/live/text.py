@@ -19,6 +19,10 @@ CLOCK_MONOTONIC, TIMER_ABSTIME = 1, 1
 MSG_DONTWAIT, MSG_NOSIGNAL = 0x40, 0x4000
 NAP = 50_000_000
 """Nanoseconds that the loop sleeps at most before it looks whether it is told to stop."""
+CHECK_BYTES = 4
+"""Of the checksum behind each entry of a recording."""
+MULTIPLIER = 0x9E3779B97F4A7C15
+"""Of the checksums: 2^64 by the golden ratio (D. Knuth, The Art of Computer Programming 3, 6.4), an odd number."""
 
 
 def live_text(native: NativeProgram, frames: FrameLayout, context: ContextLayout, *, monitors: bool) -> str:
@@ -40,8 +44,9 @@ def live_text(native: NativeProgram, frames: FrameLayout, context: ContextLayout
 
 
 def largest_entry(program: Program, frames: FrameLayout) -> int:
-    """Bytes that one turn can take in a recording: prescribed choices, and every word of the frame."""
-    return 2 + 30 * largest_script(program) + 20 * frames.words
+    """Bytes that one turn can take in a recording: prescribed choices, every word of the frame, and the checksum, which
+    is computed over whole words."""
+    return 2 + 30 * largest_script(program) + 20 * frames.words + CHECK_BYTES + 8
 
 
 def largest_script(program: Program) -> int:
@@ -80,6 +85,9 @@ out:
 
 # varint: appends a number to the recording, seven bits a byte, the lowest first.
 # signed: the same for one with a sign: 0, -1, 1, -2, … are 0, 1, 2, 3, …
+# checksum: of the entry of %size bytes at %begin, where the one before it has %before: words of 8 bytes, the last one
+#   filled up with zeros (they are written after the entry), are mixed into a state by xor, multiplication and shift, as
+#   at the end of MurmurHash3 (A. Appleby, 2011). `recording.file.checksum` is the same in Python.
 # script: before ringlet %k of this turn, choices get the values that are prescribed for this step; those that come
 #   after the first ringlet are recorded.
 # command: what an operator commanded in the turn before comes no more; the next command, if there is one, does.
@@ -132,6 +140,30 @@ define internal void @signed(ptr %t, i64 %number) #1 {{
   %folded = xor i64 %twice, %sign
   call void @varint(ptr %t, i64 %folded)
   ret void
+}}
+define internal i32 @checksum(ptr %begin, i64 %size, i32 %before) #1 {{
+entry:
+  %end = getelementptr i8, ptr %begin, i64 %size
+  store i64 0, ptr %end, align 1
+  %length = shl i64 %size, 32
+  %low = zext i32 %before to i64
+  %first = or i64 %length, %low
+  br label %loop
+loop:
+  %at = phi i64 [0, %entry], [%at.next, %loop]
+  %state = phi i64 [%first, %entry], [%state.next, %loop]
+  %word.p = getelementptr i8, ptr %begin, i64 %at
+  %word = load i64, ptr %word.p, align 1
+  %mixed = xor i64 %state, %word
+  %product = mul i64 %mixed, {MULTIPLIER}
+  %high = lshr i64 %product, 32
+  %state.next = xor i64 %product, %high
+  %at.next = add i64 %at, 8
+  %over = icmp uge i64 %at.next, %size
+  br i1 %over, label %out, label %loop
+out:
+  %check = trunc i64 %state.next to i32
+  ret i32 %check
 }}
 define internal void @script(ptr %c, ptr %t, i64 %k) #1 {{
 entry:
@@ -532,12 +564,21 @@ next:
 close:
   call void @varint(ptr %t, i64 0)
   %cursor.p = getelementptr i64, ptr %t, i64 <CURSOR>
-  %cursor = load i64, ptr %cursor.p
+  %end = load i64, ptr %cursor.p
   %from.p = getelementptr i64, ptr %t, i64 <ENTRY>
   %from = load i64, ptr %from.p
-  %size = sub i64 %cursor, %from
+  %begin = inttoptr i64 %from to ptr
+  %length = sub i64 %end, %from
+  %before.p = getelementptr i8, ptr %begin, i64 -{CHECK_BYTES}
+  %before = load i32, ptr %before.p, align 1
+  %check = call i32 @checksum(ptr %begin, i64 %length, i32 %before)
+  %end.p = inttoptr i64 %end to ptr
+  store i32 %check, ptr %end.p, align 1
+  %cursor = add i64 %end, {CHECK_BYTES}
+  %size = add i64 %length, {CHECK_BYTES}
   %used = load i64, ptr %log
   %used.next = add i64 %used, %size
+  store i64 %cursor, ptr %cursor.p
   store i64 %cursor, ptr %from.p
   %bytes.p = getelementptr i64, ptr %t, i64 <RECORDED_BYTES>
   store atomic i64 %used.next, ptr %bytes.p release, align 8

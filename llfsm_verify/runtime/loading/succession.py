@@ -12,6 +12,7 @@ import select
 import threading
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, Self
 
@@ -151,6 +152,9 @@ class Succession:
         self._first = 0
         """The number of the first frame of the run that took over last."""
         self._followers: tuple[Follow, ...] = ()
+        self._unrecorded: str | None = None
+        self._missing = 0
+        """Frames that are not in the recordings of earlier runs."""
         self.recordings: list[Path] = []
         """The file of each run, where there are any."""
         self._run = self._made(arrangement, shared, ())
@@ -188,8 +192,11 @@ class Succession:
 
     @property
     def report(self) -> RunReport:
-        """How it went, after it has ended."""
-        return self._run.report
+        """How it went, after it has ended; also why the recording of an earlier run ended before that."""
+        report = self._run.report
+        return replace(
+            report, unrecorded=report.unrecorded or self._unrecorded, recorded=report.recorded - self._missing
+        )
 
     def ask(self, change: Change, answer: Answer, unchecked: bool) -> None:
         """Let another machine take the place of one, with its variables carried over by name and type, or another
@@ -330,10 +337,15 @@ class Succession:
             follow(following.shared)
         self._left.close()
         before, self.shared = self.shared, following.shared
+        self._remember(self._run.report)
         before.close()
         self._run, self._left = following.run, following.left
         if self._stopped is not None:
             self._run.stop(self._stopped)
+
+    def _remember(self, report: RunReport) -> None:
+        self._unrecorded = self._unrecorded or report.unrecorded
+        self._missing += report.frames - report.recorded
 
     def close(self) -> None:
         """End what still runs, without a last frame: something went wrong."""

@@ -72,7 +72,9 @@ def check(arrangement: Arrangement, properties: PropertySet, recording: Recordin
                 watch.reason = "inputs may change after the end"
             else:
                 watch.settle(stem, loop, assumed=assumed)
-    open_end = "the recording is damaged after this" if recording.damaged else "the run was not over"
+    open_end = "the recording ended before a verdict"
+    if recording.damaged or recording.lost:
+        open_end += f": {recording.damaged or recording.lost}"
     return [watch.decided(open_end=open_end) for watch in watches]
 
 
@@ -107,6 +109,8 @@ class Watch:
     def decided(self, *, open_end: str) -> Decided:
         """What became of it; `open_end` is why the run says no more."""
         step, frame = self.place or (None, None)
+        if self.monitor is not None and self.monitor.hopeless[self.state]:
+            open_end = "no finite part of a run decides it"
         reason = self.reason or open_end if self.verdict == "undecided" else ""
         return Decided(self.goal.line, self.verdict, step, frame, reason)
 
@@ -130,10 +134,10 @@ class _Performed:
         """Whether the arrangement has ended by itself: the last letter then repeats forever."""
         turns = iter(turns)
         first = next(turns, None)
-        if first is None:
-            return False
         execution, record, step = self._execution, self._execution.start(self._free), 0
         if self._goes_on:
+            if first is None:
+                return False
             # The letter that was made there is not known any more.
             stood = self._code.frames.record_of(first.frame)
             record, step = self._code.layout.relaid(stood, execution.layout, record), first.frame[STEPS]

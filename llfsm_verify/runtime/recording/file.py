@@ -1,15 +1,20 @@
 """The file of a recording: what was run, and how each frame differs from the one before.
 
-    llfsm-verify recording 1
-    {"name": …}                      one line of JSON, filled up with spaces so that the next part begins a page
-    used                             8 bytes, little endian: how many bytes follow that are whole turns
-    entry entry …                    one for each frame
+    llfsm-verify recording 2
+    {"name": …}            one line of JSON, filled up with spaces so that the next part begins a page
+    used                   8 bytes, little endian: how many bytes of entries are whole turns
+    closed                 4 bytes: 0: a process writes it, or was killed; `WHOLE`: it has its last frame; another
+                           number: the file could not grow (`Recorder._closed`)
+    checksum               4 bytes: CRC-32 of all that comes before `used`
+    entry entry …          one for each frame
 
 An entry is a sequence of numbers, seven bits a byte, the lowest first, the highest bit set on all bytes but the last;
 one with a sign is folded (0, -1, 1, -2, … are 0, 1, 2, 3, …). First come the choices that were prescribed within the
 turn: 1 + the number of the choice, the ringlet of the turn (the second one is 1), and the value with its sign; then 0.
 Then come the words of the frame that differ from the frame before: how many words further on, and the difference with
-its sign, modulo 2^64; then 0. The frame before the first one is all zeros.
+its sign, modulo 2^64; then 0. The frame before the first one is all zeros. The last four bytes of an entry are a
+checksum of the entry and of the checksum before it, so a chain leads from the header to the last frame (`checksum`).
+Format 1 had neither `closed` nor checksums.
 
 The loop appends entries to a mapped part of the file and publishes `used` last: a process that is killed loses the turn
 it was in. A file system that is full is noticed when the next part is reserved, before anything is written to it.
@@ -18,11 +23,14 @@ it was in. A file system that is full is noticed when the next part is reserved,
 from __future__ import annotations
 
 import ctypes
+import errno
 import fcntl
 import json
 import mmap
 import os
+import zlib
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -31,16 +39,21 @@ from typing import NamedTuple, Self
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.live import control
+from llfsm_verify.runtime.live.frame import ENDING, HEADER_WORDS
 from llfsm_verify.runtime.live.loop import Loop
-from llfsm_verify.runtime.live.text import largest_entry
+from llfsm_verify.runtime.live.text import CHECK_BYTES, MULTIPLIER, largest_entry
 from llfsm_verify.runtime.recording.codes import UNREADABLE, UNWRITABLE
 
-MAGIC = b"llfsm-verify recording 1\n"
 KIND = b"llfsm-verify recording "
+MAGIC, WITHOUT_CHECKSUMS = KIND + b"2\n", KIND + b"1\n"
 PAGE = mmap.ALLOCATIONGRANULARITY
 WINDOW = 1 << 20
 """Bytes that are mapped and reserved at a time, at least."""
 WORD = 8
+HEAD = WORD + 4 + CHECK_BYTES
+"""Bytes before the first entry: `used`, `closed` and the first checksum."""
+OPEN, WHOLE = 0, 1
+KILLED, GOES_ON = "the process was killed", "the run goes on"
 MOST_HEADER = 1 << 26
 MOST_WORDS = 1 << 20
 """Words of a frame: what a damaged header says beyond that is not believed."""
@@ -78,13 +91,15 @@ class Recorder:
         self._reserve = max(WINDOW, 2 * self._largest)
         line = json.dumps({**header, "words": loop.code.frames.words}).encode()
         self._data = -(-(len(MAGIC) + len(line) + 1) // PAGE) * PAGE
+        head = (MAGIC + line).ljust(self._data - 1) + b"\n"
         try:
             self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
             try:
                 fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 os.posix_fallocate(self._file, 0, self._data + PAGE)
-                os.pwrite(self._file, (MAGIC + line).ljust(self._data - 1) + b"\n", 0)
+                os.pwrite(self._file, head, 0)
                 self._first = mmap.mmap(self._file, PAGE, offset=self._data)
+                self._first[HEAD - CHECK_BYTES : HEAD] = zlib.crc32(head).to_bytes(CHECK_BYTES, "little")
                 loop.told[control.LOG] = _address(self._first)
                 self.grow()
             except OSError:
@@ -106,7 +121,7 @@ class Recorder:
 
     def grow(self) -> None:
         """Map the part of the file where the loop goes on. OSError: the disk is full, for example."""
-        offset = (self._data + WORD + self.used) // PAGE * PAGE
+        offset = (self._data + HEAD + self.used - CHECK_BYTES) // PAGE * PAGE
         os.posix_fallocate(self._file, offset, self._reserve + PAGE)
         window = mmap.mmap(self._file, self._reserve + PAGE, offset=offset)
         self._window, old = window, self._window
@@ -117,8 +132,8 @@ class Recorder:
 
     def reach(self) -> None:
         """Let the loop append in this process, where the last whole entry ends. OSError: as for `grow`."""
-        at = WORD + self.used
-        if self._window is None or not self._begin <= at <= self._end - self._largest:
+        at = HEAD + self.used
+        if self._window is None or not self._begin <= at - CHECK_BYTES <= at <= self._end - self._largest:
             self.grow()
             return
         told, first = self._loop.told, _address(self._window) - self._begin
@@ -134,15 +149,33 @@ class Recorder:
         """Bytes of whole entries."""
         return int.from_bytes(self._first[:WORD], "little")
 
+    @property
+    def _closed(self) -> int:
+        """Why nothing more is written; each value has its complement beside it, so that no damage looks like one."""
+        return int.from_bytes(self._first[WORD : WORD + 2], "little")
+
+    def _close(self, why: int) -> None:
+        self._loop.told[control.LOG] = OPEN
+        if self._closed == OPEN and why != OPEN:
+            self._first[WORD : WORD + 4] = (why | (why ^ 0xFFFF) << 16).to_bytes(4, "little")
+
+    def give_up(self, error: OSError) -> str:
+        """Nothing more is recorded, since the file cannot grow; the file and the result say why. No byte of the file
+        system is needed for it."""
+        number = error.errno if error.errno and 0 < error.errno < 1 << 15 else errno.EIO
+        self._close(WHOLE + number)
+        return os.strerror(number)
+
     def close(self) -> None:
-        """Nothing more is recorded; what was reserved and not used is given back."""
-        self._loop.told[control.LOG] = 0
-        length = self._data + WORD + self.used
+        """Nothing more is recorded; what was reserved and not used is given back, if the recording has its end."""
+        self._close(WHOLE if self._loop.frame[ENDING] else OPEN)
+        closed, length = self._closed, self._data + HEAD + self.used
         self._first.flush()
         self._first.close()
         if self._window is not None:
             self._window.close()
-        os.ftruncate(self._file, length)
+        if closed != OPEN:
+            os.ftruncate(self._file, length)
         os.close(self._file)
 
 
@@ -151,21 +184,26 @@ def _address(mapped: mmap.mmap) -> int:
 
 
 def is_recording(path: str | Path) -> bool:
-    """Whether a regular file begins as one. OSError: it cannot be read."""
-    with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
-        return Path(path).is_file() and file.read(len(KIND)) == KIND
+    """Whether a regular file begins as one; what cannot be read is none."""
+    try:
+        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
+            return Path(path).is_file() and file.read(len(KIND)) == KIND
+    except (OSError, ValueError):
+        return False  # what is wrong with it is said where files of other kinds are read
 
 
 class Recording:
     """A recording that is read: `header`, and iterating over it its turns, up to the last whole one.
 
-    DiagnosticError (E481): it is none, or of another version, or damaged before its first frame.
+    DiagnosticError (E481): the file is not one, or is damaged before its first frame.
     """
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self.damaged = False
-        """After iterating: an entry was not one, so what comes after it is not read."""
+        self.damaged: str | None = None
+        """After iterating: what is wrong with what comes after the last turn, which is not read."""
+        self.lost: str | None = None
+        """After iterating: why the last frame of the run is not there."""
         try:
             if not self.path.is_file():
                 raise OSError(0, "it is not a file")
@@ -182,7 +220,7 @@ class Recording:
 
     def _read_header(self) -> None:
         first = self._file.readline(len(MAGIC))
-        if first != MAGIC:
+        if first not in (MAGIC, WITHOUT_CHECKSUMS):
             if first.startswith(KIND):
                 raise self._bad("the recording is of another version", "use the version of llfsm-verify that wrote it")
             raise self._bad("this is not a recording", "name a recording of `llfsm run --record`")
@@ -192,14 +230,33 @@ class Recording:
             self.words = header["words"]
         except (ValueError, RecursionError, TypeError, KeyError) as error:
             raise self._bad("the recording is damaged: its second line is not a header", "record again") from error
-        if not isinstance(self.words, int) or not 1 <= self.words <= MOST_WORDS:
+        if not isinstance(self.words, int) or not HEADER_WORDS <= self.words <= MOST_WORDS:
             raise self._bad("the recording is damaged: its frames have no size", "record again")
         self.header: Mapping[str, Json] = MappingProxyType(header)
-        used = self._file.read(WORD)
+        self.has_checksums = first == MAGIC
+        self._is_written = self._is_locked()
+        size = HEAD if self.has_checksums else WORD
+        head = self._file.read(size)
+        if len(head) < size:
+            raise self._bad("the recording is damaged: its end is missing", "record again")
         self._begin = self._file.tell()
-        there = max(0, self.path.stat().st_size - self._begin)
-        self._used = min(int.from_bytes(used, "little"), there)
-        self._is_cut = len(used) < WORD or int.from_bytes(used, "little") > there
+        self._there = max(0, self.path.stat().st_size - self._begin)
+        self._used = int.from_bytes(head[:WORD], "little")
+        self._closed = int.from_bytes(head[WORD : WORD + 4], "little")
+        self._first = int.from_bytes(head[HEAD - CHECK_BYTES :], "little") if self.has_checksums else None
+        if self.has_checksums and self._first != zlib.crc32(first + line):
+            raise self._bad("the recording is damaged: its header was changed", "record again")
+
+    def _is_locked(self) -> bool:
+        """Whether a process writes the recording now."""
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+        except OSError:
+            return False  # a file system without locks
+        fcntl.flock(self._file, fcntl.LOCK_UN)
+        return False
 
     def _bad(self, message: str, hint: str) -> DiagnosticError:
         return DiagnosticError([Diagnostic(UNREADABLE, message, file=str(self.path), hint=hint)])
@@ -209,29 +266,57 @@ class Recording:
         """Whether its first frame is the last one of an earlier recording, from before a machine was loaded."""
         return bool(self.header.get("loaded"))
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is to be said before anything else."""
+        old = "the recording is of format 1, which has no checksums: nothing tells whether a time in it was edited"
+        return () if self.has_checksums else (old,)
+
     def __iter__(self) -> Iterator[Turn]:
-        self.damaged = False
-        self._file.seek(self._begin)
-        left, rest = self._used, b""
+        self.damaged = self.lost = None
+        left, check, rest, last = min(self._used, self._there), self._first, b"", None
         frame = [0] * self.words
+        self._file.seek(self._begin)
         while True:
             chunk = self._file.read(min(left, WINDOW))
             left -= len(chunk)
             data, at = rest + chunk, 0
             while at < len(data):
                 try:
-                    turn, following = _entry(data, at, frame)
+                    last, check, at = _entry(data, at, frame, check)
                 except IndexError:
                     break
-                except ValueError:
-                    self.damaged = True
+                except ValueError as error:
+                    self.damaged = str(error)
                     return
-                at = following
-                yield turn
+                yield last
             rest = data[at:]
             if not chunk:
-                self.damaged = bool(rest) or self._is_cut
+                break
+        if rest or self._used > self._there:
+            self.damaged = "the end of the file is missing"
+        elif last is None or not last.frame[ENDING]:
+            self._say_why_it_ends(frame, check)
+
+    def _say_why_it_ends(self, frame: list[int], check: int | None) -> None:
+        """Without a last frame. A file that nobody closed still has what was reserved for it, in whole pages, and a
+        process that was killed can have written one entry more at most than it has counted."""
+        why, reserved = self._closed & 0xFFFF, not (self._begin + self._there) % PAGE
+        if check is None or (self._is_written and why == OPEN):
+            self.lost = GOES_ON if self._is_written else KILLED
+            return
+        is_named = self._closed in (OPEN, why | (why ^ 0xFFFF) << 16)
+        if not is_named or why == WHOLE or not (reserved or (why and self._there == self._used)):
+            self.damaged = "frames at its end are missing"
+            return
+        if why == OPEN:
+            data, at = self._file.read(WINDOW), 0
+            with suppress(IndexError, ValueError):
+                for _ in range(2):
+                    _, check, at = _entry(data, at, frame, check)
+                self.damaged = "frames at its end are missing"
                 return
+        self.lost = KILLED if why == OPEN else f"the file could not grow ({os.strerror(why - WHOLE)})"
 
     def close(self) -> None:
         """Nothing more is read."""
@@ -244,11 +329,22 @@ class Recording:
         self.close()
 
 
-def _entry(data: bytes, at: int, frame: list[int]) -> tuple[Turn, int]:
-    """The entry that begins there and where the next one does; `frame` becomes its frame.
+def checksum(entry: bytes, before: int) -> int:
+    """Of an entry after one with the checksum `before`, as `@checksum` of `runtime.live.text` computes it."""
+    state = len(entry) << 32 | before
+    for at in range(0, len(entry), WORD):
+        state = (state ^ int.from_bytes(entry[at : at + WORD], "little")) * MULTIPLIER & (1 << 64) - 1
+        state ^= state >> 32
+    return state & (1 << 32) - 1
+
+
+def _entry(data: bytes, begin: int, frame: list[int], before: int | None) -> tuple[Turn, int | None, int]:
+    """The entry that begins there, its checksum (None: there are none), and where the next one begins; `frame` becomes
+    its frame.
 
     IndexError: it is not whole, and `frame` is as it was. ValueError: it is no entry.
     """
+    at = begin
     prescribed: list[Prescription] = []
     while True:
         number, at = _number(data, at)
@@ -265,13 +361,21 @@ def _entry(data: bytes, at: int, frame: list[int]) -> tuple[Turn, int]:
             break
         word += gap
         if word >= len(frame):
-            raise ValueError("a word beyond the frame")
+            raise ValueError("what follows cannot be a frame")
         change, at = _number(data, at)
         changes.append((word, _unfolded(change)))
+    check = None
+    if before is not None:
+        body, at = data[begin:at], at + CHECK_BYTES
+        if at > len(data):
+            raise IndexError("its checksum is not there")
+        check = checksum(body, before)
+        if check != int.from_bytes(data[at - CHECK_BYTES : at], "little"):
+            raise ValueError("the next frame is not the one that was recorded, by its checksum")
     for word, change in changes:
         new = frame[word] + change & (1 << 64) - 1
         frame[word] = new - (1 << 64) if new >> 63 else new
-    return Turn(tuple(prescribed), tuple(frame)), at
+    return Turn(tuple(prescribed), tuple(frame)), check, at
 
 
 def _number(data: bytes, at: int) -> tuple[int, int]:
@@ -284,7 +388,7 @@ def _number(data: bytes, at: int) -> tuple[int, int]:
             return number, at
         shift += 7
         if shift > 63:
-            raise ValueError("a number of more than 64 bits")
+            raise ValueError("what follows cannot be a frame")
 
 
 def _unfolded(number: int) -> int:

@@ -92,9 +92,10 @@ def replay(
         _check(code, number, enumerate(values))
         if number == 1:
             loop.show(values)
-            loop.commit()
-        elif ended and frame[ENDING] not in FAILED:
+        if ended and frame[ENDING] not in FAILED:
             loop.end(ENDINGS[frame[ENDING]], frame[DETAIL])
+        elif number == 1:
+            loop.commit()
         else:
             if not 0 <= process < len(code.program.processes):
                 raise Differs(number, f"there is no process {process}")

@@ -40,7 +40,7 @@ from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.preparing import drawn_choices, runnable, script_of, starting_values
 from llfsm_verify.runtime.live.run import Run, percentiles
 from llfsm_verify.runtime.monitored import MonitoredSimulation
-from llfsm_verify.runtime.recording.file import Prescription, Recorder, Recording, Turn
+from llfsm_verify.runtime.recording.file import Prescription, Recorder, Turn
 from llfsm_verify.runtime.recording.replay import CLOCKED, Differs, replay
 from llfsm_verify.runtime.whiteboard import generations
 from llfsm_verify.semantics.lowering import lower
@@ -390,35 +390,6 @@ def test_a_file_is_not_replaced(tmp_path: Path) -> None:
     with pytest.raises(DiagnosticError, match="E480"):
         Recorder(tmp_path / "r", {}, loop)
     assert (tmp_path / "r").read_text() == "mine"
-
-
-@pytest.mark.slow
-def test_a_damaged_recording_is_read_as_far_as_it_goes(tmp_path: Path) -> None:
-    """Any byte changed, and any part cut off: turns, a diagnostic, or the word that it is damaged; never more."""
-    code = code_of(load_arrangement(LIGHTS))
-    _, found = recorded(code, tmp_path / "r", 30, 5)
-    data = (tmp_path / "r").read_bytes()
-    begin = data.index(b"\n", 30) + 1
-    other = tmp_path / "other"
-    places = [*range(60), *range(begin, len(data))]
-    for place in places:
-        other.write_bytes(data[:place] + bytes([data[place] ^ 0x55]) + data[place + 1 :])
-        read_all(other)
-        other.write_bytes(data[:place])
-        if place >= begin + 8:
-            turns = read_all(other)
-            assert turns == found[: len(turns)]
-
-
-def read_all(path: Path) -> list[Turn]:
-    """What can be read; nothing, where that is a diagnostic."""
-    try:
-        with Recording(path) as recording:
-            return list(recording)
-    except DiagnosticError as error:
-        codes = [d.code for d in error.diagnostics]
-    assert codes == ["E481"]
-    return []
 
 
 @pytest.mark.slow
