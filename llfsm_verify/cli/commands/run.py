@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import random
+import resource
 import signal
 import sys
 import threading
@@ -31,7 +33,7 @@ from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.report.running import port_lines, report_lines
 from llfsm_verify.runtime.audit import BEGUN, ENDED, AuditLog
-from llfsm_verify.runtime.live.codes import UNSERVED
+from llfsm_verify.runtime.live.codes import CROWDED, UNSERVED
 from llfsm_verify.runtime.live.loop import Prescribed
 from llfsm_verify.runtime.live.preparing import script_of
 from llfsm_verify.runtime.live.serving import serve
@@ -108,7 +110,8 @@ def run(options: Namespace) -> int:
     loop = making.first(how, code, rounds=rounds, free=free, script=script)
     arrangement = how.arrangement
     with (
-        closing(Shared(options.whiteboard or "run", loop)) as shared,
+        _enough_descriptors(),
+        closing(Shared(options.whiteboard or "run", loop, served=options.whiteboard is not None)) as shared,
         _audited(options.audit, draft.digest, arrangement) as audit,
         _served(options, shared, arrangement, making.fed, audit) as owner,
         Succession(
@@ -129,6 +132,8 @@ def run(options: Namespace) -> int:
         report = done.report
         if ports is not None:
             ports.finish(report.ending)
+        if owner is not None:
+            owner.settle()
         if audit is not None:
             audit.note(ENDED, {"ending": report.ending, "frames": report.frames})
     failure = ports.failure if ports is not None and report.ending == "stopped" else None
@@ -144,6 +149,19 @@ def run(options: Namespace) -> int:
     if violated or report.unrecorded is not None or failure is not None:
         return VIOLATED
     return {"ended": 0, "stopped": 0, "overflow": UNKNOWN}.get(report.ending, VIOLATED)
+
+
+@contextmanager
+def _enough_descriptors() -> Iterator[None]:
+    """DiagnosticError (E502): there are not enough for the run."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno not in (errno.EMFILE, errno.ENFILE):
+            raise
+        most, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+        message = f"the run needs more files and sockets than the {most:,} that its process may have open"
+        raise DiagnosticError([Diagnostic(CROWDED, message, hint="let it have more: `ulimit -n 1024`")]) from None
 
 
 @contextmanager
