@@ -259,12 +259,19 @@ class Owner:
             self._welcome(connection)
 
     def _turn_away(self) -> None:
-        """No descriptor is left: who calls is told."""
-        os.close(self._spare)
-        with suppress(OSError):
+        """No descriptor is left: who calls is told, where that does not take one either."""
+        self._close_spare()
+        try:
             connection, _ = self._listening.accept()
             _leave(connection, "the run has no descriptor left for another connection")
-        self._spare = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
+            self._spare = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
+        except OSError:
+            time.sleep(PROMPT)
+
+    def _close_spare(self) -> None:
+        if self._spare >= 0:
+            os.close(self._spare)
+            self._spare = -1
 
     def _welcome(self, connection: socket.socket) -> None:
         connection.setblocking(False)
@@ -523,10 +530,10 @@ class Owner:
         """Nobody is served any more. Who commands still hears whether the command came before the end."""
         self._send_all_away("")
         self._epoll.close()
-        self._listening.close()
-        os.close(self._spare)
+        self._close_spare()
         with suppress(OSError):
-            self._path.unlink()
+            self._path.unlink()  # before somebody else may serve it
+        self._listening.close()
 
 
 @contextmanager
