@@ -45,6 +45,8 @@ from llfsm_verify.runtime.whiteboard.places import NoPlace
 from llfsm_verify.runtime.whiteboard.shared import Shared
 
 VIOLATED, UNKNOWN = 1, 4
+MOST_SAID = 300
+"""Characters of a refusal."""
 
 
 def run(options: Namespace) -> int:
@@ -183,20 +185,9 @@ def _audited(path: str | None, digest: str, arrangement: Arrangement) -> Iterato
         yield log
 
 
-class _Refusals:
-    """Says the first refusals on standard error, which somebody may not read."""
-
-    MOST, WIDEST = 100, 300
-
-    def __init__(self) -> None:
-        self._said = 0
-
-    def say(self, what: str) -> None:
-        self._said += 1
-        if self._said <= self.MOST:
-            print(f"refused: {without_controls(what)[: self.WIDEST]}", file=sys.stderr)
-        if self._said == self.MOST:
-            print("refused: what is refused from now on is not said here; --audit LOG keeps it", file=sys.stderr)
+def _say_refused(what: str) -> None:
+    """On standard error, which somebody may not read; the owner says few of many."""
+    print(f"refused: {without_controls(what)[:MOST_SAID]}", file=sys.stderr)
 
 
 @contextmanager
@@ -212,7 +203,7 @@ def _served(
             options.whiteboard,
             shared,
             Permissions.of(arrangement),
-            refused=_Refusals().say,
+            refused=_say_refused,
             fed=fed,
             audit=audit,
         )

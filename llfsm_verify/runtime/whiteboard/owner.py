@@ -152,7 +152,11 @@ class Owner:
         return self._sparing.writes(what, user, room=self._audit is None or self._audit.room > KEPT_BYTES)
 
     def settle(self, *, over: bool = True) -> None:
-        """Write how many entries were left out, where their interval has ended, or the run is `over`."""
+        """Write how many entries were left out, where their interval has ended; all, with the last command that was
+        taken, if the run is `over`.
+        """
+        if over:
+            self._shared.posts.forward()
         for what, user, count in self._sparing.left_out(over=over):
             if what == "refused":
                 self._say(f"{user}: {count:,} more")

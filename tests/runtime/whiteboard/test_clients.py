@@ -20,7 +20,7 @@ import pytest
 
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.runtime.audit import AuditLog, verify
+from llfsm_verify.runtime.audit import ENDED, AuditLog, verify
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.preparing import starting_values
@@ -275,6 +275,20 @@ def test_refusals_do_not_fill_the_audit_log(tmp_path: Path, monkeypatch: pytest.
     assert sorted(told) == [("posts", "daemon", 2 * FIRST), ("refused", "root", 1), ("refused", STRANGERS, 2 * FIRST)]
     assert len(lines) == 2 * FIRST + 3 + 3
     assert said[FIRST:] == [f"{STRANGERS}: {2 * FIRST} more", "root: 1 more"]
+
+
+def test_the_last_command_is_logged_before_the_run_ends(tmp_path: Path) -> None:
+    log = AuditLog(tmp_path / "log")
+    with standing(PLAIN, log) as (owner, shared, _), connected() as operator:
+        owner.serve(0)
+        operator.send(b'{"command": ["suspend", "a"]}\n')
+        owner.serve(0)
+        shared.loop.go(1)
+        owner.settle()
+        log.note(ENDED, {})
+    log.close()
+    assert not verify(log.path).open
+    assert [json.loads(line)["what"] for line in log.path.read_text().splitlines()] == ["command", "taken", ENDED]
 
 
 def test_more_entries_than_a_few_are_counted() -> None:
