@@ -24,11 +24,11 @@ from llfsm_verify.runtime.audit import ENDED, AuditLog, verify
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.preparing import starting_values
-from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
+from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError, called
 from llfsm_verify.runtime.whiteboard.clients import CONNECTIONS, PIECES, SUBSCRIPTIONS
 from llfsm_verify.runtime.whiteboard.owner import CALLS, FEW, KEPT_BYTES, STRANGERS, Owner, Taken
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
-from llfsm_verify.runtime.whiteboard.places import NoPlace, socket_path
+from llfsm_verify.runtime.whiteboard.places import NoPlace, names, socket_path
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.sparing import FIRST, INTERVAL, Sparing
 from llfsm_verify.runtime.whiteboard.waking import wake_path
@@ -407,6 +407,10 @@ def test_another_account_reads_and_posts(monkeypatch: pytest.MonkeyPatch) -> Non
                     board.command("suspend", "a")
             with pytest.raises(NoPlace, match="not a folder of yours"):
                 Owner("mine", None, Permissions())  # type: ignore[arg-type]
+            assert names() == ["board"]
+        socket_path("board").parent.chmod(0o711)
+        with as_user(DAEMON), pytest.raises(NoPlace, match="cannot be read: Permission denied"):
+            names()
         with as_user(NOBODY), pytest.raises(WhiteboardError, match="does not let this process in: it may not read"):
             Whiteboard("board")
         with monkeypatch.context() as unnamed:
@@ -461,6 +465,9 @@ def test_a_caller_waits_until_there_is_room() -> None:
         with suppress(BlockingIOError):
             while True:
                 calls.enter_context(connected())
+        for seconds in (0, 0.01):
+            with pytest.raises(WhiteboardError, match="too many processes call the whiteboard"):
+                called("board", seconds)
         found: list[str] = []
 
         def call() -> None:
