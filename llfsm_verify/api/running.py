@@ -282,7 +282,7 @@ def start(
     loop = making.first(how, how.code(), rounds=-1 if cycles is None else cycles)
 
     def started(left: ExitStack) -> Started:
-        shared = left.enter_context(closing(Shared(whiteboard or "run", loop)))
+        shared = left.enter_context(closing(Shared(whiteboard or "run", loop, served=whiteboard is not None)))
         owner = None
         if whiteboard is not None:
             try:

@@ -109,6 +109,12 @@ class AuditLog:
         self.last = _hash(line)
         self._length += len(line)
 
+    @property
+    def room(self) -> int:
+        """Bytes that are free on its disk."""
+        disk = os.fstatvfs(self._file)
+        return disk.f_bavail * disk.f_frsize
+
     def close(self) -> None:
         """Write no more."""
         os.close(self._file)

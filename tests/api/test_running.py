@@ -19,7 +19,7 @@ from tests.cli.running import FAULTY, LIGHTS, llfsm
 from tests.runtime.live.runs import turns_of
 from tests.runtime.recording.forging import begin_of, sealed
 
-ENDING = """\
+ENDING_BY_ITSELF = """\
 name: ending
 cycle_ms: 10
 whiteboard: {n: {type: 0..5}}
@@ -52,8 +52,8 @@ def test_a_run_is_recorded_and_monitored(processes: str, tmp_path: Path) -> None
 def test_recordings_that_are_not_the_same(tmp_path: Path) -> None:
     """A run that ends at once; another arrangement in its place, a missing end, and a recording of no cycle."""
     path, other = tmp_path / "r", tmp_path / "other.yaml"
-    (tmp_path / "a.yaml").write_text(ENDING)
-    other.write_text(ENDING.replace("n = 1", "n = 2"))
+    (tmp_path / "a.yaml").write_text(ENDING_BY_ITSELF)
+    other.write_text(ENDING_BY_ITSELF.replace("n = 1", "n = 2"))
     assert lv.load(tmp_path / "a.yaml").run(rate=0, record=path).wait().ending == "ended"
     again = lv.replay(path)
     assert again.as_expected and again.run is not None and again.run.values(-1)["n"] == 1

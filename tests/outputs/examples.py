@@ -266,6 +266,7 @@ PROVOKED: dict[str, Provoked] = {
     "E497": _logged("  go: {column: button, values: {yes: true, no: false}}\n"),
     "E498": _logged("", "m.ran"),
     "E500": Provoked(("llfsm audit verify no/such/folder/lamp.log",)),
+    "E502": Provoked(("ulimit -n 24; llfsm run a.yaml --whiteboard lamp",), LAMP),
     "E501": Provoked(("llfsm audit verify lamp.log",), {"lamp.log": "mine\n"}),
     "F001": _fault(_does("if (car) n += 1;", "car: {type: bool, role: input}, n: {type: 0..3}")),
     "F002": _fault(_does("share = 100 / n;", "n: {type: 0..9, role: input}, share: {type: 0..100}")),

@@ -327,6 +327,7 @@ def test_the_table_of_the_case_studies_is_what_their_benchmark_writes(tmp_path, 
 
 
 SCRIPTS = {
+    "attacks": ("--commands", "2", "--attackers", "1"),
     "automata": ("FACTS",),
     "compiling": ("1", "2", "2"),
     "engines": ("--only", "ring(8,3)", "--timeout", "60"),
@@ -376,6 +377,7 @@ def test_each_script_runs(name, tmp_path):
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "") and len(done.stdout.splitlines()) > 0
     said = {
+        "attacks": "calls ",
         "automata": "classes: 2 of 2 agree",
         "compiling": "machines  load s",
         "engines": "| ring(8,3) | ",

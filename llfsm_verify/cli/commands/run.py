@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import random
+import resource
 import signal
 import sys
 from argparse import Namespace
@@ -31,7 +33,7 @@ from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.report.running import port_lines, report_lines
 from llfsm_verify.runtime.audit import ENDED, AuditLog, seal_of
-from llfsm_verify.runtime.live.codes import UNSERVED
+from llfsm_verify.runtime.live.codes import CROWDED, UNSERVED
 from llfsm_verify.runtime.live.loop import Prescribed
 from llfsm_verify.runtime.live.preparing import script_of
 from llfsm_verify.runtime.live.serving import serve
@@ -44,6 +46,8 @@ from llfsm_verify.runtime.whiteboard.places import NoPlace
 from llfsm_verify.runtime.whiteboard.shared import Shared
 
 VIOLATED, UNKNOWN = 1, 4
+MOST_SAID = 300
+"""Characters of a refusal."""
 
 
 def run(options: Namespace) -> int:
@@ -110,7 +114,8 @@ def run(options: Namespace) -> int:
     arrangement = how.arrangement
     with (
         unhurried_errors(),
-        closing(Shared(options.whiteboard or "run", loop)) as shared,
+        _enough_descriptors(),
+        closing(Shared(options.whiteboard or "run", loop, served=options.whiteboard is not None)) as shared,
         _audited(options.audit, draft.digest, arrangement) as audit,
         _served(options, shared, arrangement, making.fed, audit) as owner,
         Succession(
@@ -131,6 +136,8 @@ def run(options: Namespace) -> int:
         report = done.report
         if ports is not None:
             ports.finish(report.ending)
+        if owner is not None:
+            owner.settle()
         if audit is not None:
             seals: dict[str, Json] = {str(path): seal_of(path) for path in done.recordings}
             audit.note(ENDED, {"ending": report.ending, "frames": report.frames, "recordings": seals})
@@ -154,6 +161,19 @@ def run(options: Namespace) -> int:
 
 
 @contextmanager
+def _enough_descriptors() -> Iterator[None]:
+    """DiagnosticError (E502): there are not enough for the run."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno not in (errno.EMFILE, errno.ENFILE):
+            raise
+        most, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+        message = f"the run needs more files and sockets than the {most:,} that its process may have open"
+        raise DiagnosticError([Diagnostic(CROWDED, message, hint="let it have more: `ulimit -n 1024`")]) from None
+
+
+@contextmanager
 def _audited(path: str | None, digest: str, arrangement: Arrangement) -> Iterator[AuditLog | None]:
     """The audit log of a run, which has begun."""
     if path is None:
@@ -171,20 +191,9 @@ def _audited(path: str | None, digest: str, arrangement: Arrangement) -> Iterato
         yield log
 
 
-class _Refusals:
-    """Says the first refusals on standard error, which somebody may not read."""
-
-    MOST, WIDEST = 100, 300
-
-    def __init__(self) -> None:
-        self._said = 0
-
-    def say(self, what: str) -> None:
-        self._said += 1
-        if self._said <= self.MOST:
-            print(f"refused: {without_controls(what)[: self.WIDEST]}", file=sys.stderr)
-        if self._said == self.MOST:
-            print("refused: what is refused from now on is not said here; --audit LOG keeps it", file=sys.stderr)
+def _say_refused(what: str) -> None:
+    """On standard error, which somebody may not read; the owner says few of many."""
+    print(f"refused: {without_controls(what)[:MOST_SAID]}", file=sys.stderr)
 
 
 @contextmanager
@@ -200,7 +209,7 @@ def _served(
             options.whiteboard,
             shared,
             Permissions.of(arrangement),
-            refused=_Refusals().say,
+            refused=_say_refused,
             fed=fed,
             audit=audit,
         )

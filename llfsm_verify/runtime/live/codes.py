@@ -6,5 +6,6 @@ CODES = {
     "E485": "A whiteboard cannot be served under that name.",
     "E486": "A whiteboard is not there, has no such slot, or refuses a value.",
     "E489": "A property needs what frames do not show.",
+    "E502": "A run needs more files and sockets than its process may have open.",
 }
-IMPOSSIBLE, UNREPEATABLE, UNSERVED, ABSENT, UNSEEN = "E483", "E484", "E485", "E486", "E489"
+IMPOSSIBLE, UNREPEATABLE, UNSERVED, ABSENT, UNSEEN, CROWDED = "E483", "E484", "E485", "E486", "E489", "E502"

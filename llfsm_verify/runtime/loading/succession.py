@@ -279,7 +279,7 @@ class Succession:
         draft, arrangement, loop = asked.made
         left = ExitStack()
         try:
-            shared = left.enter_context(closing(Shared(self.shared.name, loop)))
+            shared = left.enter_context(closing(Shared(self.shared.name, loop, served=self.shared.served)))
             following = left.enter_context(self._made(arrangement, shared, (*self._loaded, asked.loaded)))
         except DiagnosticError as error:
             left.close()

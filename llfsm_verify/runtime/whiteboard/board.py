@@ -7,27 +7,28 @@ import math
 import os
 import select
 import socket
+import struct
 import time
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Self, TypeVar
+from typing import NamedTuple, Self
 
 from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.values import Shown, text
 from llfsm_verify.program.program import Choice
 from llfsm_verify.runtime.live.frame import COMMITTED, ENDING, ENDINGS, NUMBER
-from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST, socket_path
+from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST, location
 from llfsm_verify.runtime.whiteboard.segment import Attached, Lent, NoSegment
 from llfsm_verify.runtime.whiteboard.slots import STATE, Slot
-from llfsm_verify.runtime.whiteboard.subscription import Frames, Subscription
-
-R = TypeVar("R", Subscription, Frames)
+from llfsm_verify.runtime.whiteboard.subscription import Frames, Subscription, Woken
 
 SECONDS: float | None = 5.0
 """How long an owner may take to answer."""
+CREDENTIALS = struct.Struct("3i")
+"""What the system says of who is at the other end: process, user, group."""
 MOMENT = 0.001
 """Seconds between two looks for a first frame."""
 MOST_BYTES = 1 << 24
@@ -122,7 +123,7 @@ class Whiteboard:
         self.name = name
         self._attached: Attached | None = None
         self._readers: dict[str, Callable[[], Shown]] = {}
-        self._connection, self._received = connection or called(name), b""
+        self._connection, self._received = connection or called(name, SECONDS), b""
         self._connection.settimeout(SECONDS)
         self._greet()
 
@@ -131,9 +132,11 @@ class Whiteboard:
         try:
             line, descriptors = self._line()
             try:
+                told = json.loads(line)
+                if isinstance(told, dict) and "error" in told:
+                    raise WhiteboardError(f"`{self.name}` does not let this process in: {told['error']}")
                 if len(descriptors) != 1:
                     raise WhiteboardError(f"`{self.name}` is not a whiteboard")
-                told = json.loads(line)
                 self._slots = {s["name"]: Slot(**{**s, "labels": tuple(s["labels"])}) for s in told["slots"]}
                 attached = Attached(descriptors[0])
             finally:
@@ -329,7 +332,8 @@ class Whiteboard:
         self._known(slots)
         assert self._attached is not None, "the whiteboard is closed"
         of = {name: self._slots[name] for name in slots or self._slots}
-        return self._woken(Subscription(self._attached, of, self._connection, self.is_running, self._unsubscribe))
+        woken = self._woken()
+        return Subscription(self._attached, woken, self._connection, self.is_running, self.period, of)
 
     def frames(self) -> Frames:
         """All frames, one after the other, from the first one if it is still there, else from the newest one on.
@@ -337,20 +341,21 @@ class Whiteboard:
         WhiteboardError: there are too many subscribers.
         """
         assert self._attached is not None, "the whiteboard is closed"
-        return self._woken(Frames(self._attached, self._connection, self.is_running, self._unsubscribe))
+        return Frames(self._attached, self._woken(), self._connection, self.is_running, self.period)
 
-    def _woken(self, reader: R) -> R:
-        """The reader, which the owner wakes after each frame."""
-        try:
-            self._ask({"subscribe": reader.name})
-        except BaseException:
-            reader.close()
-            raise
-        return reader
+    def _woken(self) -> Woken:
+        """A socket that gets a datagram after each frame."""
+        answer, descriptors = self._asked({"subscribe": True})
+        match answer:
+            case {"socket": int(number)} if len(descriptors) == 1:
+                return Woken(socket.socket(fileno=descriptors[0]), lambda: self._unsubscribe(number))
+        for descriptor in descriptors:
+            os.close(descriptor)
+        raise WhiteboardError(f"the owner of `{self.name}` does not answer what was asked")
 
-    def _unsubscribe(self, name: str) -> None:
-        with suppress(WhiteboardError):  # the owner is gone, or never knew of it
-            self._ask({"unsubscribe": name})
+    def _unsubscribe(self, number: int) -> None:
+        with suppress(WhiteboardError):  # the owner is gone
+            self._ask({"unsubscribe": number})
 
     def is_running(self) -> bool:
         """Whether another frame may come."""
@@ -418,12 +423,23 @@ def _answer(line: bytes) -> dict[str, Json]:
     return answer if isinstance(answer, dict) else {"error": "the owner's answer is not valid"}
 
 
-def called(name: str) -> socket.socket:
-    """A connection to the owner of a whiteboard, who may not have answered yet. WhiteboardError: there is none."""
+def called(name: str, seconds: float | None = 0) -> socket.socket:
+    """A connection to the owner of a whiteboard, who may not have answered yet. Where too many call at once, it waits
+    so long; None: without an end. WhiteboardError: there is none, or another user than the folder's serves it.
+    """
+    path, user = location(name)
     connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
-        connection.settimeout(0)
-        connection.connect(str(socket_path(name)))
+        if seconds != 0:  # Python's own limit is none for sockets of this kind
+            limit = struct.pack("ll", *divmod(int(1e6 * (seconds or 0)), 1_000_000))
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, limit)
+        connection.setblocking(seconds != 0)
+        connection.connect(str(path))
+        _, served_by, _ = CREDENTIALS.unpack(
+            connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, CREDENTIALS.size)
+        )
+        if served_by != user:
+            raise WhiteboardError(f"`{name}` is served by user {served_by}, and its folder is of user {user}")
     except BlockingIOError:
         connection.close()
         raise WhiteboardError(f"too many processes call the whiteboard `{name}` at once") from None

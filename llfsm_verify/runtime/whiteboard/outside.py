@@ -133,7 +133,7 @@ class OutsideGuard:
                     self.late |= isinstance(happened, Acted) and happened.late
                     yield happened
                 if running:
-                    poll.poll()
+                    poll.poll(1000 * frames.patience)
             self._measure([])
             yield from self._last_answers()
         self._over()

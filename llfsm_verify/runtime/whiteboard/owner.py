@@ -4,11 +4,15 @@ A client gets one line of JSON, which describes the slots, together with a descr
 send requests, a line of JSON each, and gets a line back: ``{"post": {"car": true}}`` gives values to inputs. An input
 belongs to the client that posts it first, until that client is gone. ``{"command": ["suspend", "ns"]}`` and
 ``{"command": ["write", "mode", 2]}`` are what operators do; the answer comes when the loop has taken the command.
-``{"subscribe": "0123456789abcdef"}`` lets each frame be followed by a datagram to the socket of that name in the folder
-of whiteboards, which the client has bound; ``unsubscribe`` ends that. ``{"write": ["car"]}`` is answered with a
-descriptor of memory in which the client posts these inputs by itself from now on. ``{"replace": ["ns", "new.yaml",
+``{"subscribe": true}`` is answered with the number and the descriptor of a socket that gets a datagram after each
+frame; ``{"unsubscribe": 3}`` ends that. ``{"write": ["car"]}`` is answered with a descriptor of memory in which the
+client posts these inputs by itself from now on. ``{"replace": ["ns", "new.yaml",
 "machine: …"], "unchecked": true}`` lets another machine take the place of one, and ``{"policy": ["new.yaml",
 "levels: …"]}`` another policy that of the one in force; when it has, all clients are sent away.
+
+Who is not let in, or is sent away, is told ``{"error": "…"}`` first. Clients are served in turns: a few requests of
+each in a round, those first who may command, and a round ends soon (`ROUND`), so that nobody keeps ports and others
+waiting. Of connections, and whatever else there is a limited number of, each user has a share (`clients.py`).
 """
 
 from __future__ import annotations
@@ -16,8 +20,10 @@ from __future__ import annotations
 import errno
 import json
 import os
-import selectors
+import resource
+import select
 import socket
+import stat
 import struct
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -30,33 +36,43 @@ from llfsm_verify.arrangement.model import POLICY, REPLACE, Arrangement
 from llfsm_verify.arrangement.replacing import Change, NewPolicy, Replacement
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.audit import AuditLog
-from llfsm_verify.runtime.whiteboard.permissions import Permissions, policy_digest, user_name
-from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST, NoPlace, folder, socket_path
-from llfsm_verify.runtime.whiteboard.segment import Segment
+from llfsm_verify.runtime.whiteboard.clients import CONNECTIONS, PIECE, PIECES, SUBSCRIPTIONS, Client
+from llfsm_verify.runtime.whiteboard.permissions import READS, Permissions, policy_digest, user_name
+from llfsm_verify.runtime.whiteboard.places import socket_path
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.slots import slots_of
-from llfsm_verify.runtime.whiteboard.waking import NAME, SUFFIX
+from llfsm_verify.runtime.whiteboard.sparing import Sparing
+from llfsm_verify.runtime.whiteboard.waking import remove_old
 from llfsm_verify.runtime.whiteboard.writers import Refused
 
-MOST_CLIENTS = 64
 MOST_REFUSALS = 100
-"""Of a client, which would fill the audit log."""
+"""Of a connection."""
 MOST_NOTED = 300
 """Characters of a request that the audit log keeps."""
 MOST_NAME = 255
 """Characters of the name of a file."""
-PIECE = 1 << 16
-"""Bytes of a request that are read at once."""
 MOST_LENT, MOST_WAKES = 4, 16
 """Segments and sockets for waking of one client."""
+FEW, ROUND = 8, 0.001
+"""Requests of a client in a round; seconds of a round, for those who may command and then for the others: after the
+request that exceeds it, the round ends.
+"""
+CALLS, WAITING_CALLS = 64, 1024
+"""New connections in a round, and those that the system keeps waiting."""
+KEPT_DESCRIPTORS = 32
+"""The last ones of the process are not for those who may not command."""
+KEPT_BYTES = 1 << 20
+"""Of the disk, which only commands may fill with their entries in the audit log."""
+STRANGERS = "users who may not connect"
+"""As the audit log counts their calls, all together."""
 PATIENCE, PROMPT = 0.05, 0.001
 """Seconds between two looks whether a command was taken: at most, at least."""
 _CREDENTIALS = struct.Struct("3i")
-VERSION = 2
+VERSION = 3
 REQUESTS = (
     '`{"post": {INPUT: VALUE, …}}`, `{"command": [WHAT, MACHINE]}`, `{"command": ["write", SLOT, VALUE]}`, '
     '`{"replace": [MACHINE, FILE, TEXT], "unchecked": true}`, `{"policy": [FILE, TEXT]}`, '
-    '`{"write": [INPUT, …]}`, `{"subscribe": SOCKET}` and `{"unsubscribe": SOCKET}`'
+    '`{"write": [INPUT, …]}`, `{"subscribe": true}` and `{"unsubscribe": NUMBER}`'
 )
 
 
@@ -77,27 +93,6 @@ class Taken(Exception):
     """Another process owns a whiteboard of this name, or the socket cannot be made."""
 
 
-class _Client:
-    def __init__(self, connection: socket.socket, pid: int, uid: int) -> None:
-        self.connection = connection
-        self.pid = pid
-        self.uid = uid
-        self.received = b""
-        self.answers = b""
-        self.refusals = 0
-        self.commanding = False
-        """Its command is not taken yet, so what it sends next waits."""
-        self.lent: list[Segment] = []
-        self.descriptors: list[int] = []
-        """To be sent with the next answer."""
-        self.wakes: dict[str, int] = {}
-        """Its sockets for waking."""
-
-    @property
-    def who(self) -> str:
-        return f"process {self.pid} of user {self.uid}"
-
-
 class Owner:
     """Serves a whiteboard of this name for the frames of a loop, whenever `serve` is called.
 
@@ -116,7 +111,7 @@ class Owner:
         fed: frozenset[str] = frozenset(),
         audit: AuditLog | None = None,
     ) -> None:
-        self._path = socket_path(name)
+        self._path = socket_path(name, own=True)
         self._shared = shared
         self._permissions = permissions
         self._say = refused
@@ -125,11 +120,18 @@ class Owner:
         self._name = name
         self._changing: Changing | None = None
         self._greeting = self._greet()
-        self._owners: dict[str, _Client] = {}
-        self._clients: dict[int, _Client] = {}
-        self._selector = selectors.EpollSelector()
+        self._owners: dict[str, Client] = {}
+        self._clients: dict[int, Client] = {}
+        self._asking: dict[Client, None] = {}
+        """Those whose next request may be done, who has waited longest first."""
+        self._lent: list[tuple[int, int]] = []
+        """The user and the rank of who was lent memory in this run."""
+        self._sparing = Sparing()
         self._listening = self._listen()
-        self._selector.register(self._listening, selectors.EVENT_READ)
+        self._epoll = select.epoll()
+        self._epoll.register(self._listening, select.EPOLLIN)
+        self._spare = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
+        """Given up to tell who calls that no descriptor is left."""
 
     def _greet(self) -> bytes:
         slots: list[Json] = [{**asdict(slot), "labels": list(slot.labels)} for slot in slots_of(self._shared.loop.code)]
@@ -139,17 +141,35 @@ class Owner:
         }  # fmt: skip
         return _line(told)
 
-    def _refused(self, client: _Client, why: str, request: str = "") -> None:
-        self._say(f"{client.who}: {why}")
-        self._note("refused", client, request=request, why=why)
+    def _refused(self, client: Client, why: str, request: str = "") -> None:
+        if self._listed("refused", client):
+            self._say(f"{client.who}: {why}")
+            self._note("refused", client, request=request, why=why)
 
-    def _note(self, what: str, client: _Client, **facts: Json) -> None:
+    def _listed(self, what: str, client: Client) -> bool:
+        """Whether an entry that needs no right is written; else it is counted."""
+        user = user_name(client.uid) if self._permissions.may_connect(client.uid) else STRANGERS
+        return self._sparing.writes(what, user, room=self._audit is None or self._audit.room > KEPT_BYTES)
+
+    def settle(self, *, over: bool = True) -> None:
+        """Write how many entries were left out, where their interval has ended; all, with the last command that was
+        taken, if the run is `over`.
+        """
+        if over:
+            self._shared.posts.forward()
+        for what, user, count in self._sparing.left_out(over=over):
+            if what == "refused":
+                self._say(f"{user}: {count:,} more")
+            if self._audit is not None:
+                self._audit.note(what, {"user": user, "more": count})
+
+    def _note(self, what: str, client: Client, **facts: Json) -> None:
         """Write what a client asked, and what came of it, to the audit log, if there is one."""
         if self._audit is not None:
             short = {name: _short(fact) for name, fact in facts.items()}
             self._audit.note(what, {"pid": client.pid, "uid": client.uid, "user": user_name(client.uid), **short})
 
-    def _logged(self, what: str, client: _Client, **facts: Json) -> None:
+    def _logged(self, what: str, client: Client, **facts: Json) -> None:
         """Refused: this must be logged and cannot be."""
         self._note(what, client, **facts)
         if self._audit is not None and self._audit.failure is not None:
@@ -164,27 +184,20 @@ class Owner:
         if self._changing is not None:
             self._permissions = Permissions.of(self._changing.arrangement)
             self._admit()
-        for client in self._clients.values():
-            client.received = b""  # it is not done any more
-        self._shared.posts.forward()
-        for client in list(self._clients.values()):
-            if client.commanding:
-                why = "the arrangement was changed before the command came: send it again"
-                self._refused(client, why)
-                client.answers += _line({"error": why})
-            with suppress(OSError):
-                client.connection.send(client.answers)
-            self._forget(client)
+        self._send_all_away("the arrangement was changed before the command came: send it again")
+        self._lent.clear()
         self._shared = shared
         self._greeting = self._greet()
 
     def fileno(self) -> int:
         """Readable when `serve` has something to do."""
-        return self._selector.fileno()
+        return self._epoll.fileno()
 
     @property
     def patience(self) -> float:
         """After so many seconds `serve` should be called in any case."""
+        if self._asking:
+            return 0
         period = self._shared.segment.period / 1e9
         commanding = any(client.commanding for client in self._clients.values())
         return min(PATIENCE, max(PROMPT, period / 2)) if commanding else PATIENCE
@@ -199,10 +212,14 @@ class Owner:
                 except OSError as error:
                     if error.errno != errno.EADDRINUSE or attempt or _answers(str(self._path)):
                         why = "it is in use" if error.errno == errno.EADDRINUSE else error.strerror
-                        raise Taken(f"the whiteboard `{self._path.stem}` cannot be served: {why}") from None
-                    self._path.unlink(missing_ok=True)  # of a process that was killed
+                        raise Taken(f"the whiteboard `{self._name}` cannot be served: {why}") from None
+                    try:
+                        self._path.unlink(missing_ok=True)  # of a process that was killed
+                    except OSError as problem:
+                        raise Taken(f"{self._path} is in the way, and stays: {problem.strerror}") from None
+            remove_old(self._path)
             self._admit()
-            listening.listen()
+            listening.listen(WAITING_CALLS)
         except BaseException:
             listening.close()
             raise
@@ -210,112 +227,178 @@ class Owner:
 
     def _admit(self) -> None:
         """Let other users connect, or not."""
-        self._path.chmod(0o666 if self._permissions.admits_others else 0o600)
+        others = self._permissions.admits_others
+        if others:
+            place = self._path.parent
+            place.chmod(stat.S_IMODE(place.stat().st_mode) | 0o055)
+        self._path.chmod(0o666 if others else 0o600)
 
     def serve(self, seconds: float) -> None:
-        """Answer clients for so long."""
+        """Answer clients, for a round; wait at most so long for the first one."""
         self._shared.posts.forward()
-        for key, events in self._selector.select(seconds):
-            if key.fileobj is self._listening:
-                self._accept()
-            elif isinstance(key.data, _Client):
-                self._talk(key.data, events)
+        self.settle(over=False)
+        calls = False
+        for descriptor, events in self._epoll.poll(0 if self._asking else seconds):
+            if descriptor == self._listening.fileno():
+                calls = True
+            elif descriptor in self._clients:
+                self._transfer(self._clients[descriptor], events)
+        for reads in (False, True):
+            until = time.monotonic() + ROUND
+            for client in [client for client in self._asking if (client.rank == READS) is reads]:
+                self._answer(client, until)
+                if time.monotonic() > until:
+                    break
+        if calls:
+            self._accept()
 
     def _accept(self) -> None:
+        for _ in range(CALLS):
+            try:
+                connection, _ = self._listening.accept()
+            except OSError as error:
+                if error.errno in (errno.EMFILE, errno.ENFILE):
+                    self._turn_away()
+                return
+            self._welcome(connection)
+
+    def _turn_away(self) -> None:
+        """No descriptor is left: who calls is told, where that does not take one either."""
+        self._close_spare()
         try:
             connection, _ = self._listening.accept()
-        except OSError as error:
-            if error.errno in (errno.EMFILE, errno.ENFILE):
-                time.sleep(PROMPT)  # no descriptor is left: who calls waits until there is one
-            return
-        with suppress(BlockingIOError, ConnectionError):
-            connection.setblocking(False)
-            credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
-            pid, uid, _ = _CREDENTIALS.unpack(credentials)
-            client = _Client(connection, pid, uid)
-            allowed = self._permissions.may_connect(uid)
-            if not allowed or len(self._clients) >= MOST_CLIENTS:
-                crowded = f"{MOST_CLIENTS} processes read the whiteboard already"
-                self._refused(client, crowded if allowed else "it may not read the whiteboard")
-                connection.close()
-                return
-            try:
-                # The descriptor travels with the first byte; a description of many slots may take more than one piece.
-                sent = socket.send_fds(connection, [self._greeting], [self._shared.segment.descriptor])
-            except OSError:
-                connection.close()
-                return
-            client.answers = self._greeting[sent:]
-            self._clients[connection.fileno()] = client
-            self._selector.register(connection, selectors.EVENT_READ, client)
-            self._await(client)
+            _leave(connection, "the run has no descriptor left for another connection")
+            self._spare = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
+        except OSError:
+            time.sleep(PROMPT)
 
-    def _talk(self, client: _Client, events: int) -> None:
+    def _close_spare(self) -> None:
+        if self._spare >= 0:
+            os.close(self._spare)
+            self._spare = -1
+
+    def _welcome(self, connection: socket.socket) -> None:
+        connection.setblocking(False)
+        credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
+        pid, uid, _ = _CREDENTIALS.unpack(credentials)
+        client = Client(connection, pid, uid, self._permissions.rank(uid))
+        why = self._no_room(client)
+        if why is not None:
+            self._refused(client, why)
+            _leave(connection, why)
+            return
         try:
-            if events & selectors.EVENT_WRITE:
-                if client.descriptors:  # they travel with the first byte
-                    sent = socket.send_fds(client.connection, [client.answers], client.descriptors)
-                    client.descriptors = []
-                else:
-                    sent = client.connection.send(client.answers)
-                client.answers = client.answers[sent:]
-            if events & selectors.EVENT_READ:
+            # The descriptor travels with the first byte; a description of many slots may take more than one piece.
+            sent = socket.send_fds(connection, [self._greeting], [self._shared.segment.descriptor])
+        except OSError:
+            connection.close()
+            return
+        client.answers += self._greeting[sent:]
+        self._clients[connection.fileno()] = client
+        self._epoll.register(connection, 0)
+        self._await(client)
+
+    def _no_room(self, client: Client) -> str | None:
+        """Why somebody is not let in."""
+        if not self._permissions.may_connect(client.uid):
+            return "it may not read the whiteboard"
+        most, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+        if client.rank == READS and 0 <= most <= client.connection.fileno() + KEPT_DESCRIPTORS:
+            return "the run keeps its last descriptors for those who may command"
+        return CONNECTIONS.lacks(client, ((other.uid, other.rank) for other in self._clients.values()))
+
+    def _transfer(self, client: Client, events: int) -> None:
+        """Send what goes, and read what has come."""
+        gone = bool(events & (select.EPOLLHUP | select.EPOLLERR))
+        try:
+            if gone:
+                client.answers.clear()
+            elif events & select.EPOLLOUT:
+                client.send()
+            if events & select.EPOLLIN:
                 data = client.connection.recv(PIECE)
                 if not data:
                     raise ConnectionResetError
                 client.received += data
-                self._answer(client)
-                if self._refuses_too_often(client):
-                    raise ConnectionResetError
-                if len(client.received) > MOST_REQUEST:
-                    self._refused(client, f"more than {MOST_REQUEST:,} bytes of what it asks wait")
-                    raise ConnectionResetError
-                if len(client.answers) > MOST_REQUEST + len(self._greeting):
-                    raise ConnectionResetError
+            elif gone and client not in self._asking:
+                raise ConnectionResetError
         except BlockingIOError:
             pass
         except OSError:
             self._forget(client)
             return
-        self._await(client)
+        if not client.asks and len(client.received) > client.most:
+            self._send_away(client, f"more than {client.most:,} bytes of what it asks wait")
+        else:
+            self._await(client)
 
-    def _refuses_too_often(self, client: _Client) -> bool:
-        if client.refusals <= MOST_REFUSALS:
-            return False
-        self._refused(client, f"it is disconnected after {MOST_REFUSALS} refusals")
-        return True
+    def _await(self, client: Client) -> None:
+        """Wait for what the client, or its connection, is to do next. It is read when all it has asked is done."""
+        wanted = (0 if client.asks else select.EPOLLIN) | (select.EPOLLOUT if client.answers else 0)
+        if wanted != client.awaited:
+            self._epoll.modify(client.connection, wanted)
+            client.awaited = wanted
+        if client.may_ask:
+            self._asking.setdefault(client)
+        else:
+            self._asking.pop(client, None)
 
-    def _await(self, client: _Client) -> None:
-        wanted = selectors.EVENT_READ | (selectors.EVENT_WRITE if client.answers else 0)
-        self._selector.modify(client.connection, wanted, client)
+    def _send_away(self, client: Client, why: str) -> None:
+        self._refused(client, why)
+        client.answers += _line({"error": why})
+        with suppress(OSError):
+            client.send()
+        self._forget(client)
 
-    def _forget(self, client: _Client) -> None:
+    def _send_all_away(self, why: str) -> None:
+        """What they have asked since their last command is not done. Who commands hears whether the command came, or
+        why not.
+        """
+        for client in self._clients.values():
+            client.forget_requests()
+        self._shared.posts.forward()
+        for client in list(self._clients.values()):
+            if client.commanding and why:
+                self._send_away(client, why)
+                continue
+            with suppress(OSError):
+                client.send()
+            self._forget(client)
+
+    def _forget(self, client: Client) -> None:
         self._clients.pop(client.connection.fileno(), None)
-        self._selector.unregister(client.connection)
+        self._asking.pop(client, None)
+        self._epoll.unregister(client.connection)
         client.connection.close()
+        client.close_handed()
         for segment in client.lent:
             self._shared.posts.give_back(segment)
-        for name, row in client.wakes.items():
-            self._shared.wakes.remove(row)
-            with suppress(OSError, NoPlace):  # of a process that was killed
-                (folder() / (name + SUFFIX)).unlink(missing_ok=True)
+        for number in client.wakes:
+            self._shared.wakes.remove(self._path, number)
         self._owners = {name: owner for name, owner in self._owners.items() if owner is not client}
 
-    def _answer(self, client: _Client) -> None:
-        """Its requests, one after the other; a command keeps the later ones waiting until it is taken."""
-        while b"\n" in client.received and not client.commanding and client.refusals <= MOST_REFUSALS:
-            line, _, client.received = client.received.partition(b"\n")
+    def _answer(self, client: Client, until: float) -> None:
+        """A few of its requests; a command keeps the later ones waiting until it is taken."""
+        self._asking.pop(client, None)
+        for _ in range(FEW):
+            line = client.take()
             answer: dict[str, Json] | None
             try:
                 answer = self._do(client, line)
             except Refused as refused:
-                self._refused(client, str(refused), line.decode("utf-8", "replace"))
+                self._refused(client, str(refused), line[: 4 * MOST_NOTED].decode("utf-8", "replace"))
                 client.refusals += 1
                 answer = {"error": str(refused)}
             if answer is not None:
                 client.answers += _line(answer)
+            if client.refusals > MOST_REFUSALS:
+                self._send_away(client, f"it is disconnected after {MOST_REFUSALS} refusals")
+                return
+            if not client.may_ask or time.monotonic() > until:
+                break
+        self._await(client)
 
-    def _do(self, client: _Client, line: bytes) -> dict[str, Json] | None:
+    def _do(self, client: Client, line: bytes) -> dict[str, Json] | None:
         """What one request is answered; None: later."""
         try:
             request = json.loads(line)
@@ -337,43 +420,53 @@ class Owner:
                 return None
             case {"write": [*names], **rest} if not rest and all(isinstance(name, str) for name in names):
                 return self._lend(client, [str(name) for name in names])
-            case {"subscribe": str(name), **rest} if not rest:
-                self._subscribe(client, name)
-            case {"unsubscribe": str(name), **rest} if not rest and name in client.wakes:
-                self._shared.wakes.remove(client.wakes.pop(name))
+            case {"subscribe": True, **rest} if not rest:
+                return self._subscribe(client)
+            case {"unsubscribe": int(number), **rest} if not rest and number in client.wakes:
+                client.wakes.remove(number)
+                self._shared.wakes.remove(self._path, number)
             case _:
                 raise Refused(f"requests are {REQUESTS}")
         return {"ok": True}
 
-    def _lend(self, client: _Client, names: Sequence[str]) -> dict[str, Json]:
+    def _lend(self, client: Client, names: Sequence[str]) -> dict[str, Json]:
         if not names or len(client.lent) >= MOST_LENT:
             raise Refused(f"memory is lent for inputs, {MOST_LENT} times to one process")
         for name in names:
             self._available(client, name)
+        self._may_hold(client, PIECES.lacks(client, self._lent))
         self._logged("lend", client, inputs=list(names))
         segment = self._shared.posts.lend(names)
         client.lent.append(segment)
+        self._lent.append((client.uid, client.rank))
         client.descriptors.append(segment.descriptor)
         self._owners |= dict.fromkeys(names, client)
         places: dict[str, Json] = {name: self._shared.posts.place(name) for name in names}
         return {"ok": True, "words": self._shared.posts.words, "places": places}
 
-    def _available(self, client: _Client, name: str) -> None:
+    def _may_hold(self, client: Client, lacks: str | None) -> None:
+        """Refused: it gets no other descriptor, or not yet."""
+        if lacks is not None:
+            raise Refused(lacks)
+        if not client.has_read_all:
+            raise Refused("a descriptor is handed out after all answers before it were read")
+
+    def _available(self, client: Client, name: str) -> None:
         if name in self._fed:
             raise Refused(f"`{name[:60]}` comes from a port")
         if self._owners.get(name, client) is not client:
             raise Refused(f"`{name[:60]}` belongs to another process that posts it")
 
-    def _post(self, client: _Client, values: Mapping[str, Json]) -> None:
+    def _post(self, client: Client, values: Mapping[str, Json]) -> None:
         for name in values:
             self._available(client, name)
         self._shared.posts.post(values)
         first: list[Json] = [name for name in values if name not in self._owners]
-        if first:
+        if first and self._listed("posts", client):
             self._note("posts", client, inputs=first)
         self._owners |= dict.fromkeys(values, client)
 
-    def _command(self, client: _Client, kind: str, target: str, value: Json) -> None:
+    def _command(self, client: Client, kind: str, target: str, value: Json) -> None:
         denial = self._permissions.denial(client.uid, kind, target)
         if denial is not None:
             raise Refused(denial)
@@ -387,7 +480,7 @@ class Owner:
         with _commanding(client):
             self._shared.posts.command(kind, target, value, taken=taken)
 
-    def _change(self, client: _Client, change: Change, *, unchecked: bool = False) -> None:
+    def _change(self, client: Client, change: Change, *, unchecked: bool = False) -> None:
         kind, facts, asked = POLICY, dict[str, Json](), f"policy {change.name}"
         if isinstance(change, Replacement):
             kind, facts, asked = REPLACE, {"machine": change.machine}, f"replace {change.machine} by {change.name}"
@@ -406,56 +499,49 @@ class Owner:
                 self._answer_late(client, {"error": "; ".join((outcome, *notes))})
             else:
                 self._note("replaced", client, **facts, frame=outcome, policy=policy_digest(changing.arrangement))
-                client.commanding = False
-                client.answers += _line(
-                    {"ok": True, "frame": outcome, "notes": list(notes)}
-                )  # it is sent away, with what still waits
+                client.commanding = False  # it is sent away, with what still waits
+                client.answers += _line({"ok": True, "frame": outcome, "notes": list(notes)})
 
         digest = sha256(change.text.encode("utf-8", "surrogatepass")).hexdigest()
         self._logged(kind, client, **facts, file=change.name, sha256=digest, unchecked=unchecked)
         with _commanding(client):
             changing.ask(change, answered, unchecked)
 
-    def _answer_late(self, client: _Client, answer: dict[str, Json]) -> None:
-        """Answer its command, and then the requests that waited for that."""
+    def _answer_late(self, client: Client, answer: dict[str, Json]) -> None:
+        """Answer its command; the requests that waited for that have their turn."""
         client.commanding = False
         if client.connection.fileno() >= 0:
             client.answers += _line(answer)
-            self._answer(client)
-            if self._refuses_too_often(client):
-                self._forget(client)
-            else:
-                self._await(client)
+            self._await(client)
 
-    def _subscribe(self, client: _Client, name: str) -> None:
-        if not NAME.match(name):
-            raise Refused("a socket for waking has a name of 16 hexadecimal digits")
-        if any(name in other.wakes for other in self._clients.values()):
-            raise Refused("it subscribes already")
+    def _subscribe(self, client: Client) -> dict[str, Json]:
         if len(client.wakes) >= MOST_WAKES:
             raise Refused(f"a process subscribes {MOST_WAKES} times at most")
+        held = [(other.uid, other.rank) for other in self._clients.values() for _ in other.wakes]
+        self._may_hold(client, SUBSCRIPTIONS.lacks(client, held))
         try:
-            client.wakes[name] = self._shared.wakes.add(folder() / (name + SUFFIX))
-        except (ValueError, NoPlace) as problem:
+            number, woken = self._shared.wakes.add(self._path)
+        except ValueError as problem:
             raise Refused(str(problem)) from None
+        except OSError as error:
+            raise Refused(f"there is no socket for waking: {error.strerror}") from None
+        client.wakes.add(number)
+        client.handed.append(woken)
+        client.descriptors.append(woken.fileno())
+        return {"ok": True, "socket": number}
 
     def close(self) -> None:
         """Nobody is served any more. Who commands still hears whether the command came before the end."""
-        for client in self._clients.values():
-            client.received = b""  # it is not done any more
-        self._shared.posts.forward()
-        for client in list(self._clients.values()):
-            with suppress(OSError):
-                client.connection.send(client.answers)
-            self._forget(client)
-        self._selector.close()
-        self._listening.close()
+        self._send_all_away("")
+        self._epoll.close()
+        self._close_spare()
         with suppress(OSError):
-            self._path.unlink()
+            self._path.unlink()  # before somebody else may serve it
+        self._listening.close()
 
 
 @contextmanager
-def _commanding(client: _Client) -> Iterator[None]:
+def _commanding(client: Client) -> Iterator[None]:
     """Its later requests wait from here on, unless this one is refused."""
     client.commanding = True
     try:
@@ -470,6 +556,14 @@ def _short(fact: Json) -> Json:
     if isinstance(fact, str):
         return fact[:MOST_NOTED]
     return [_short(part) for part in fact[:MOST_NOTED]] if isinstance(fact, list) else fact
+
+
+def _leave(connection: socket.socket, why: str) -> None:
+    """Say why somebody is not let in, and close the connection."""
+    with suppress(OSError):
+        connection.setblocking(False)
+        connection.send(_line({"error": why}))
+    connection.close()
 
 
 def _line(answer: Mapping[str, Json]) -> bytes:

@@ -7,11 +7,15 @@ import json
 import os
 import pwd
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Self
 
 from llfsm_verify.arrangement.access import Access
 from llfsm_verify.arrangement.model import POLICY, Arrangement
 from llfsm_verify.runtime.whiteboard.posts import WRITE
+
+OWN, COMMANDS, READS = range(3)
+"""The run's own user and root; others who may command something; others who may not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,11 +26,20 @@ class Permissions:
     access: Access | None = None
     policy_users: frozenset[str] = frozenset()
     """Who may change the policy."""
+    operated: tuple[tuple[str, str], ...] = ()
+    """The commands that `operators:` declares, each with its target."""
 
     @classmethod
     def of(cls, arrangement: Arrangement) -> Self:
         """Those of an arrangement."""
-        return cls(arrangement.access, frozenset(operator.target for operator in arrangement.policy_users))
+        users = frozenset(operator.target for operator in arrangement.policy_users)
+        return cls(arrangement.access, users, tuple((o.kind, o.target) for o in arrangement.operated))
+
+    def rank(self, uid: int) -> int:
+        """`OWN`, `COMMANDS` or `READS`."""
+        if uid in (os.getuid(), 0):
+            return OWN
+        return COMMANDS if any(self.denial(uid, *command) is None for command in self.operated) else READS
 
     def may_connect(self, uid: int) -> bool:
         """The run's own user, root, and whom `users:` names."""
@@ -53,8 +66,9 @@ class Permissions:
         return f"user `{user_name(uid)}` ({levels[has]}) may not {kind} `{target}`: that needs `{levels[needed]}`"
 
 
+@lru_cache(256)
 def user_name(uid: int) -> str:
-    """The name of an account, or its number where it has none."""
+    """The name of an account, or its number where it has none. It is looked up once."""
     try:
         return pwd.getpwuid(uid).pw_name
     except KeyError:

@@ -1,4 +1,4 @@
-"""Where whiteboards are found: a Unix socket for each, by name, in a folder that belongs to its user alone."""
+"""Where whiteboards are found: a Unix socket for each, by name, in a folder that its owner alone may write."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from pathlib import Path
 
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}\Z")
 SUFFIX = ".whiteboard"
+LONGEST = 107
+"""Bytes of the path of a socket."""
 MOST_REQUEST = 1 << 20
 """Bytes of a request to an owner, which may have the text of a machine."""
 
@@ -17,11 +19,11 @@ class NoPlace(Exception):
     """There is no folder for whiteboards that can be trusted, or a whiteboard has no such name."""
 
 
-def folder() -> Path:
-    """The folder of this user's whiteboards, which is made where there is none.
+def folder(*, own: bool = False) -> tuple[Path, int]:
+    """The folder of whiteboards, which is made where there is none, and the user to whom it belongs.
 
-    ``LLFSM_WHITEBOARDS``, else a folder in ``XDG_RUNTIME_DIR``, else one in /tmp. NoPlace: it belongs to somebody else,
-    or others may write there.
+    ``LLFSM_WHITEBOARDS``, else a folder in ``XDG_RUNTIME_DIR``, else one in /tmp. The first may belong to another user,
+    for readers; not with `own`. NoPlace: it belongs to somebody else, or others may write there.
     """
     named = os.environ.get("LLFSM_WHITEBOARDS")
     home = os.environ.get("XDG_RUNTIME_DIR")
@@ -31,20 +33,41 @@ def folder() -> Path:
         status = path.lstat()
     except OSError as error:
         raise NoPlace(f"the folder {path} cannot be made: {error.strerror}") from None
-    if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid() or status.st_mode & 0o022:
-        raise NoPlace(f"{path} is not a folder of yours alone; LLFSM_WHITEBOARDS names another one")
-    return path
+    if not stat.S_ISDIR(status.st_mode) or status.st_mode & 0o022:
+        raise NoPlace(f"{path} is not a folder that its owner alone may write; LLFSM_WHITEBOARDS names another one")
+    if status.st_uid != os.getuid() and (own or not named):
+        raise NoPlace(f"{path} is not a folder of yours; LLFSM_WHITEBOARDS names another one")
+    return path, status.st_uid
 
 
-def socket_path(name: str) -> Path:
-    """The socket of the whiteboard of that name. NoPlace: it is no name, or see `folder`."""
+def socket_path(name: str, *, own: bool = False) -> Path:
+    """The socket of the whiteboard of that name. NoPlace: see `location`."""
+    return location(name, own=own)[0]
+
+
+def location(name: str, *, own: bool = False) -> tuple[Path, int]:
+    """The socket of the whiteboard of that name, and the user to whom its folder belongs.
+
+    NoPlace: it is no name, its path is too long, or see `folder`.
+    """
     if not NAME.match(name):
         raise NoPlace(
             f"`{name[:64]}` is not a valid name of a whiteboard: letters, digits, `_`, `.` and `-`, at most 64"
         )
-    return folder() / (name + SUFFIX)
+    parent, user = folder(own=own)
+    path = parent / (name + SUFFIX)
+    if (length := len(os.fsencode(path))) > LONGEST:
+        raise NoPlace(
+            f"the path of its socket would be {length} bytes long, and {LONGEST} are the most; LLFSM_WHITEBOARDS names "
+            "another folder"
+        )
+    return path, user
 
 
 def names() -> list[str]:
-    """The whiteboards whose sockets are there, also those whose owners have died."""
-    return sorted(path.name.removesuffix(SUFFIX) for path in folder().glob("*" + SUFFIX))
+    """The whiteboards whose sockets are there, also those whose owners have died. NoPlace: see `folder`."""
+    parent, _ = folder()
+    try:
+        return sorted(path.name.removesuffix(SUFFIX) for path in parent.iterdir() if path.name.endswith(SUFFIX))
+    except OSError as error:
+        raise NoPlace(f"the folder {parent} cannot be read: {error.strerror}") from None

@@ -21,7 +21,7 @@ from llfsm_verify.runtime.live.memory import store, words
 from llfsm_verify.runtime.whiteboard.generations import segment_words
 from llfsm_verify.runtime.whiteboard.segment import Segment, code
 from llfsm_verify.runtime.whiteboard.slots import inputs_of
-from llfsm_verify.runtime.whiteboard.writers import Refused, Writers
+from llfsm_verify.runtime.whiteboard.writers import LENT, Refused, Writers
 from llfsm_verify.semantics.operators import OPERATOR
 
 COMMAND_WORDS = 4
@@ -40,9 +40,12 @@ class _Command:
 
 
 class Posts:
-    """Values for the inputs of a loop, and commands of operators. Make it before processes of the run are forked."""
+    """Values for the inputs of a loop, and commands of operators. Make it before processes of the run are forked.
 
-    def __init__(self, loop: Loop) -> None:
+    `lends`: whether writers may have memory of their own, which takes descriptors.
+    """
+
+    def __init__(self, loop: Loop, *, lends: bool = True) -> None:
         program = loop.code.program
         self._loop = loop
         self._choices = by_name(program)
@@ -56,7 +59,7 @@ class Posts:
         self._issued: _Command | None = None
         self._waiting: deque[_Command] = deque()
         copy = ctypes.addressof(self._copy)
-        self._writers = Writers(loop, self._words)
+        self._writers = Writers(loop, self._words, LENT if lends and self._inputs else 0)
         self._writers.add(ctypes.addressof(self._segment), self._copy)
         self._lent: dict[str, Segment] = {}
         rows = []

@@ -12,6 +12,7 @@ import fcntl
 import mmap
 import os
 import secrets
+import weakref
 from collections.abc import Callable, Sequence
 from functools import cache
 
@@ -60,6 +61,30 @@ def code() -> _Code:
     return _Code()
 
 
+_LIBC = ctypes.CDLL(None, use_errno=True)
+_LIBC.mmap.restype, _LIBC.mmap.argtypes = ctypes.c_void_p, (
+    ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int, ctypes.c_int, ctypes.c_int, ctypes.c_long,
+)  # fmt: skip
+_LIBC.munmap.argtypes = (ctypes.c_void_p, ctypes.c_size_t)
+
+
+class Mapped:
+    """Memory of a file at an address. Python's `mmap` would keep a descriptor of its own for each. OSError."""
+
+    def __init__(self, descriptor: int, size: int, access: int) -> None:
+        self.address: int = _LIBC.mmap(None, size, access, mmap.MAP_SHARED, descriptor, 0)
+        if self.address == ctypes.c_void_p(-1).value:
+            raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+        self.closed = False
+        self._unmap = weakref.finalize(self, _LIBC.munmap, self.address, size)
+        self._unmap.atexit = False
+
+    def close(self) -> None:
+        """Unmap it."""
+        self.closed = True
+        self._unmap()
+
+
 class Segment:
     """A segment of this process, for frames of so many words. `epoch` tells it from one of an earlier start.
 
@@ -76,15 +101,14 @@ class Segment:
         self.descriptor = os.memfd_create(f"llfsm-{name}"[:200], os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
         try:
             os.ftruncate(self.descriptor, size)
-            self._mapped = mmap.mmap(self.descriptor, size)
-            header = (ctypes.c_int64 * generations.HEADER_WORDS).from_buffer(self._mapped)
+            self._mapped = Mapped(self.descriptor, size, mmap.PROT_READ | mmap.PROT_WRITE)
+            self.address = self._mapped.address
+            header = (ctypes.c_int64 * generations.HEADER_WORDS).from_address(self.address)
             for word, value in (
                 (MAGIC, MAGIC_NUMBER), (VERSION, FORMAT_VERSION), (WORDS, words), (EPOCH, self.epoch),
                 (OWNER, os.getpid()), (PERIOD, period),
             ):  # fmt: skip
                 header[word] = value
-            self.address = ctypes.addressof(header)
-            del header
             fcntl.fcntl(self.descriptor, fcntl.F_ADD_SEALS, FIXED | fcntl.F_SEAL_SEAL if lent else SEALS)
         except OSError:
             os.close(self.descriptor)
@@ -131,8 +155,9 @@ class Attached:
         size = os.fstat(descriptor).st_size
         if size < generations.HEADER_WORDS * 8:
             raise NoSegment("it has no header")
-        self._mapped = mmap.mmap(descriptor, size, prot=mmap.PROT_READ)
-        header = [int.from_bytes(self._mapped[8 * i : 8 * i + 8], "little") for i in range(6)]
+        self._mapped = Mapped(descriptor, size, mmap.PROT_READ)
+        self._address = self._mapped.address
+        header = (ctypes.c_int64 * generations.HEADER_WORDS).from_address(self._address)
         if header[MAGIC] != MAGIC_NUMBER or header[VERSION] != FORMAT_VERSION:
             self._mapped.close()
             raise NoSegment("it is not a whiteboard of this version")
@@ -141,8 +166,6 @@ class Attached:
             self._mapped.close()
             raise NoSegment("its size is not that of its frames")
         self._copy = (ctypes.c_int64 * self.words)()
-        # A read-only mapping gives Python no buffer that ctypes takes; its address does not change while it is open.
-        self._address = _address(self._mapped)
 
     def newest(self) -> list[int] | None:
         """The newest frame; None: there is none yet."""
@@ -185,9 +208,9 @@ class Lent:
             raise NoSegment("it is not memory that can be sealed") from None
         if seals & FIXED != FIXED or os.fstat(descriptor).st_size != segment_words(words) * 8:
             raise NoSegment("its size is not that of its frames, or may change")
-        self._mapped = mmap.mmap(descriptor, segment_words(words) * 8)
+        self._mapped = Mapped(descriptor, segment_words(words) * 8, mmap.PROT_READ | mmap.PROT_WRITE)
         self._words = words
-        self._address = _address(self._mapped)
+        self._address = self._mapped.address
         self.frame = (ctypes.c_int64 * words)()
         """The frame that is being made."""
 
@@ -202,24 +225,7 @@ class Lent:
         self._mapped.close()
 
 
-class _PyBuffer(ctypes.Structure):
-    _fields_ = (
-        ("buf", ctypes.c_void_p), ("obj", ctypes.py_object), ("len", ctypes.c_ssize_t), ("itemsize", ctypes.c_ssize_t),
-        ("readonly", ctypes.c_int), ("ndim", ctypes.c_int), ("format", ctypes.c_char_p), ("shape", ctypes.c_void_p),
-        ("strides", ctypes.c_void_p), ("suboffsets", ctypes.c_void_p), ("internal", ctypes.c_void_p),
-    )  # fmt: skip
-
-
-def _still(mapped: mmap.mmap) -> None:
+def _still(mapped: Mapped) -> None:
     """ValueError: it is unmapped, and machine code that reads or writes there would end the process."""
     if mapped.closed:
         raise ValueError("the segment is closed")
-
-
-def _address(mapped: mmap.mmap) -> int:
-    """Where a mapping begins, also a read-only one."""
-    view = _PyBuffer()
-    ctypes.pythonapi.PyObject_GetBuffer(ctypes.py_object(mapped), ctypes.byref(view), 0)
-    address = int(view.buf)
-    ctypes.pythonapi.PyBuffer_Release(ctypes.byref(view))
-    return address

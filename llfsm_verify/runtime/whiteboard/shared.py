@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack, closing
+
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.whiteboard.posts import Posts
@@ -10,14 +12,21 @@ from llfsm_verify.runtime.whiteboard.waking import Wakes
 
 
 class Shared:
-    """The segment of a run's frames, the posts for its inputs, and whom each frame wakes."""
+    """The segment of a run's frames, the posts for its inputs, and whom each frame wakes.
 
-    def __init__(self, name: str, loop: Loop) -> None:
+    `served`: other processes may read and post, so that memory for their posts is made. OSError: there are not enough
+    descriptors for it.
+    """
+
+    def __init__(self, name: str, loop: Loop, *, served: bool = True) -> None:
         self.name = name
         self.loop = loop
-        self.segment = Segment(name, loop.code.frames.words, loop.told[control.PERIOD])
-        self.posts = Posts(loop)
-        self.wakes = Wakes(loop)
+        self.served = served
+        with ExitStack() as made:
+            self.segment = made.enter_context(closing(Segment(name, loop.code.frames.words, loop.told[control.PERIOD])))
+            self.posts = made.enter_context(closing(Posts(loop, lends=served)))
+            self.wakes = Wakes(loop)
+            made.pop_all()
         loop.told[control.SEGMENT] = self.segment.address
 
     @property

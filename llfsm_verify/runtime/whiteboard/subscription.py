@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import secrets
 import select
 import socket
 from abc import abstractmethod
@@ -16,14 +15,16 @@ from typing import Generic, Self, TypeVar
 from llfsm_verify.kripke.values import Shown
 from llfsm_verify.runtime.live.frame import NUMBER
 from llfsm_verify.runtime.whiteboard.generations import GENERATIONS
-from llfsm_verify.runtime.whiteboard.places import folder
 from llfsm_verify.runtime.whiteboard.segment import Attached
 from llfsm_verify.runtime.whiteboard.slots import Slot
-from llfsm_verify.runtime.whiteboard.waking import SUFFIX
 
 T = TypeVar("T")
 BEHIND = 2
 """A reader that was too slow goes on with the newest half of the frames that are kept."""
+CYCLES, SHORTEST, LONGEST = 4, 0.02, 1.0
+"""A reader that is not woken looks after so many cycles; seconds of that, at least and at most."""
+MOST_WAKES = 64
+"""Datagrams that are read at once; there may always be another one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +40,17 @@ class Update:
     them and back again."""
 
 
+@dataclass(frozen=True, slots=True)
+class Woken:
+    """A socket that the owner has made for a reader, and what to do when it is not needed any more."""
+
+    socket: socket.socket
+    over: Callable[[], None]
+
+    def __post_init__(self) -> None:
+        self.socket.setblocking(False)
+
+
 def most_missed(every: int, kept: int = GENERATIONS) -> int:
     """How many frames a reader may miss at once that reads each within so many cycles, when so many frames are kept.
 
@@ -52,25 +64,23 @@ class _Reader(Generic[T]):
     """Reads frame after frame, each once, in order, and makes something of them.
 
     `fileno` is readable when there may be a new frame or the run has ended, for `selectors` and `asyncio`; no thread is
-    started.
+    started. Who waits for it looks again after `patience` seconds.
     """
 
     def __init__(
-        self, attached: Attached, owner: socket.socket, running: Callable[[], bool], over: Callable[[str], None]
+        self, attached: Attached, woken: Woken, owner: socket.socket, running: Callable[[], bool], period: float
     ) -> None:
         self._attached = attached
-        self._over = over
+        self._woken = woken
         self._running = running
         self._last = 0
         self._pending: deque[T] = deque()
         """Read, and not handed out yet."""
-        self.name = secrets.token_hex(8)
-        """Of its socket."""
-        self._path = folder() / (self.name + SUFFIX)
-        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
-        self._socket.bind(str(self._path))
+        self.patience = min(LONGEST, max(SHORTEST, CYCLES * period))
+        """Seconds after which to look in any case: a datagram may be lost."""
+        self._unwatch: Callable[[], None] = lambda: None
         self._both = select.epoll()
-        self._both.register(self._socket, select.EPOLLIN)
+        self._both.register(woken.socket, select.EPOLLIN)
         self._both.register(owner, select.EPOLLIN | select.EPOLLRDHUP)
 
     def _first(self) -> list[int] | None:
@@ -94,8 +104,8 @@ class _Reader(Generic[T]):
 
     def _fetch(self) -> None:
         with suppress(BlockingIOError):
-            while True:
-                self._socket.recv(16)
+            for _ in range(MOST_WAKES):
+                self._woken.socket.recv(16)
         while self._last < (newest := self._attached.latest):
             frame = self._attached.frame(self._last + 1) if self._last else self._first()
             if frame is None:  # overwritten: go on with the oldest one that is not about to be
@@ -108,38 +118,52 @@ class _Reader(Generic[T]):
 
     def __iter__(self) -> Iterator[T]:
         """What comes, as it comes, until the run has ended."""
-        while True:
+        while not self._both.closed:
             running = self._running()
             self._fetch()
             while self._pending:  # who leaves the iterator finds the others later
                 yield self._pending.popleft()
             if not running:
                 return
-            self._both.poll()
+            if not self._both.closed:
+                self._both.poll(self.patience)
 
     async def __aiter__(self) -> AsyncIterator[T]:
+        if self._both.closed:
+            return
         loop = asyncio.get_running_loop()
         woken = asyncio.Event()
-        loop.add_reader(self.fileno(), woken.set)
+        descriptor = self.fileno()
+        loop.add_reader(descriptor, woken.set)
+
+        def unwatch() -> None:
+            if not loop.is_closed():
+                loop.remove_reader(descriptor)
+
+        self._unwatch = unwatch
         try:
-            while True:
+            while not self._both.closed:
                 running = self._running()
                 self._fetch()
                 while self._pending:
                     yield self._pending.popleft()
                 if not running:
                     return
+                timer = loop.call_later(self.patience, woken.set)
                 await woken.wait()
+                timer.cancel()
                 woken.clear()
         finally:
-            loop.remove_reader(self.fileno())
+            if not self._both.closed:  # else the number may be another file's by now
+                unwatch()
 
     def close(self) -> None:
-        """Nothing more is read."""
-        self._both.close()
-        self._socket.close()
-        self._path.unlink(missing_ok=True)
-        self._over(self.name)
+        """Nothing more is read, and iterators end."""
+        if not self._both.closed:
+            self._unwatch()
+            self._both.close()
+            self._woken.socket.close()
+            self._woken.over()
 
     def __enter__(self) -> Self:
         return self
@@ -152,18 +176,20 @@ class Subscription(_Reader[Update]):
     """Reads frame after frame, each once, in order; where the writer went round before it was read, it says so.
 
     Iterated over, or awaited, it gives updates until the run has ended. `fileno` is readable when there may be a new
-    frame or the run has ended, for `selectors` and `asyncio`; no thread is started. Made by `Whiteboard.subscribe`.
+    frame or the run has ended, for `selectors` and `asyncio`; who waits for it looks again after `patience` seconds. No
+    thread is started. Made by `Whiteboard.subscribe`.
     """
 
     def __init__(
         self,
         attached: Attached,
-        of: Mapping[str, Slot],
+        woken: Woken,
         owner: socket.socket,
         running: Callable[[], bool],
-        over: Callable[[str], None],
+        period: float,
+        of: Mapping[str, Slot],
     ) -> None:
-        super().__init__(attached, owner, running, over)
+        super().__init__(attached, woken, owner, running, period)
         self._slots = of
         self._lost = 0
         self._values: dict[str, Shown] | None = None

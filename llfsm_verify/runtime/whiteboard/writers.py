@@ -23,16 +23,24 @@ class Refused(ValueError):
 
 
 class Writers:
-    """The rows of a loop's writers, whose frames have so many words. Made before processes of the run are forked."""
+    """The rows of a loop's writers, whose frames have so many words; `lent`: how many segments may be lent. Made before
+    processes of the run are forked, which could not map a segment later.
+    """
 
-    def __init__(self, loop: Loop, frame_words: int) -> None:
+    def __init__(self, loop: Loop, frame_words: int, lent: int) -> None:
         self._loop = loop
         self._frame_words = frame_words
-        self._rows = words((1 + LENT) * ROW_WORDS)
+        self._rows = words((1 + lent) * ROW_WORDS)
         self._scratch = words(frame_words)
         self._zero = words(1)
-        self._segments = [Segment("posts", frame_words, lent=True) for _ in range(LENT)]
-        self._copies = [words(frame_words) for _ in range(LENT)]
+        self._segments: list[Segment] = []
+        try:
+            for _ in range(lent):
+                self._segments.append(Segment("posts", frame_words, lent=True))
+        except OSError:
+            self.close()
+            raise
+        self._copies = [words(frame_words) for _ in range(lent)]
         loop.told[control.WRITERS] = ctypes.addressof(self._rows)
 
     def add(self, segment: int, copy: ctypes.Array[ctypes.c_int64]) -> None:
@@ -45,7 +53,7 @@ class Writers:
     def lend(self) -> tuple[Segment, ctypes.Array[ctypes.c_int64]]:
         """A segment that nobody has had, and where the loop copies it to. Refused: all were lent."""
         number = self._loop.told[control.WRITER_COUNT] - 1
-        if number >= LENT:
+        if number >= len(self._segments):
             raise Refused(f"{LENT} writers have had memory of their own in this run, and there is no more")
         self.add(self._segments[number].address, self._copies[number])
         return self._segments[number], self._copies[number]

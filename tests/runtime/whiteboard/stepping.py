@@ -27,6 +27,7 @@ class Stepped:
     """
 
     name = "stepped"
+    patience = 0.02
 
     def __init__(self, code: LiveCode, seed: int, every: int, cycles: int) -> None:
         self._loop = Loop(code, seed=seed, drawn=drawn_choices(code.program, {}), held=starting_values(code.program))

@@ -18,9 +18,10 @@ from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.monitoring import FrameMonitors
 from llfsm_verify.runtime.whiteboard.outside import Acted, OutsideGuard, Sent
+from llfsm_verify.runtime.whiteboard.places import socket_path
 from llfsm_verify.runtime.whiteboard.segment import Attached, Segment
 from llfsm_verify.runtime.whiteboard.slots import Slot
-from llfsm_verify.runtime.whiteboard.subscription import Frames, most_missed
+from llfsm_verify.runtime.whiteboard.subscription import Frames, Woken, most_missed
 from tests.runtime.live.runs import code_of
 from tests.runtime.whiteboard.stepping import Stepped, stepped
 from tests.runtime.whiteboard.test_board import boards, served, tidy  # noqa: F401 - fixtures
@@ -167,6 +168,9 @@ def test_reactions_of_nothing() -> None:
 class Asleep:
     """A socket to which nothing is sent."""
 
+    def setblocking(self, _: bool) -> None:
+        pass
+
     def recv(self, _: int) -> bytes:
         raise BlockingIOError
 
@@ -180,7 +184,7 @@ def test_how_many_frames_are_missed_at_most(every: int) -> None:
     with closing(Segment("missed", 1)) as segment, closing(Attached(segment.descriptor)) as attached:
         reader = object.__new__(Frames)
         reader._attached, reader._last, reader._pending = attached, 0, deque()
-        reader._socket = Asleep()  # type: ignore[assignment]
+        reader._woken = Woken(Asleep(), lambda: None)  # type: ignore[arg-type]
         segment.publish([1])
         reader.read()
         for number in range(2, every + 2):
@@ -190,13 +194,16 @@ def test_how_many_frames_are_missed_at_most(every: int) -> None:
 
 
 @pytest.mark.slow
-def test_a_guard_of_a_run() -> None:
-    """Over a real socket: the input that breaks the rule is posted once the guard watches."""
+@pytest.mark.parametrize("woken", [True, False])
+def test_a_guard_of_a_run(woken: bool) -> None:
+    """Over a real socket: the input that breaks the rule is posted once the guard watches, whom nobody may wake."""
     with served(ALONE), Whiteboard("board") as board, Whiteboard("board") as other:
         guard = guard_of(board, [SUSPEND, Order(None, "mode", "2")], Pace(1 << 20))
         read, posted = guard._monitors.read, []
 
         def post_once(frame: Sequence[int]) -> list[object]:
+            for path in [] if woken else socket_path("board").parent.glob("*.wake"):
+                path.unlink()
             if not posted and frame[0] > guard._began:
                 other.post(go=True)
                 posted.append(frame[0])

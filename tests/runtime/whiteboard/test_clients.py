@@ -1,0 +1,487 @@
+"""What one client of a whiteboard may do to others: it has its share, and its turn."""
+
+from __future__ import annotations
+
+import asyncio
+import ctypes
+import gc
+import json
+import os
+import platform
+import resource
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager, suppress
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from llfsm_verify.arrangement.loader import build_arrangement
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.runtime.audit import ENDED, AuditLog, verify
+from llfsm_verify.runtime.live import control
+from llfsm_verify.runtime.live.loop import LiveCode, Loop
+from llfsm_verify.runtime.live.preparing import starting_values
+from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError, called
+from llfsm_verify.runtime.whiteboard.clients import CONNECTIONS, PIECES, SUBSCRIPTIONS
+from llfsm_verify.runtime.whiteboard.owner import CALLS, FEW, KEPT_BYTES, STRANGERS, Owner, Taken
+from llfsm_verify.runtime.whiteboard.permissions import Permissions
+from llfsm_verify.runtime.whiteboard.places import NoPlace, names, socket_path
+from llfsm_verify.runtime.whiteboard.shared import Shared
+from llfsm_verify.runtime.whiteboard.sparing import FIRST, INTERVAL, Sparing
+from llfsm_verify.runtime.whiteboard.waking import wake_path
+from llfsm_verify.runtime.whiteboard.writers import LENT
+from tests.runtime.live.runs import code_of
+from tests.runtime.whiteboard.test_board import OPERATED, Raw, boards, served, tidy  # noqa: F401 - fixtures
+
+BOARD = {**OPERATED["whiteboard"], "go": {"type": "bool", "role": "input", "init": False}}  # type: ignore[dict-item]
+PLAIN = {**OPERATED, "whiteboard": BOARD}
+ACCESS = {
+    **PLAIN,
+    "access": {
+        "levels": ["low", "high"], "machines": {"a": "high", "b": "high"}, "write": {"mode": "high", "ran": "high"},
+        "command": {"a": "high", "b": "high"},
+        "users": {"root": "high", "daemon": "low", "bin": "low", "sys": "low", "games": "high"},
+    },
+}  # fmt: skip
+DAEMON, BIN, SYS, GAMES, NOBODY = 1, 2, 3, 5, 65534
+SETRESUID = {"x86_64": 117, "aarch64": 147}.get(platform.machine())
+pytestmark = pytest.mark.slow
+needs_root = pytest.mark.skipif(os.getuid() != 0 or SETRESUID is None, reason="only root can be another user")
+
+
+@contextmanager
+def as_user(uid: int) -> Iterator[None]:
+    """This thread belongs to another user; the others, as that of the owner, do not."""
+
+    def become(*users: int) -> None:
+        assert SETRESUID is not None
+        assert ctypes.CDLL(None).syscall(SETRESUID, *users) == 0
+
+    become(uid, uid, 0)
+    try:
+        yield
+    finally:
+        become(0, 0, 0)
+
+
+@cache
+def made(text: str) -> tuple[Arrangement, LiveCode]:
+    arrangement = build_arrangement(json.loads(text))
+    return arrangement, code_of(arrangement)
+
+
+@contextmanager
+def standing(document: dict[str, object], audit: AuditLog | None = None) -> Iterator[tuple[Owner, Shared, list[str]]]:
+    """An owner that serves when the test says so, of a run that stands at its first frame."""
+    arrangement, code = made(json.dumps(document))
+    loop, said = Loop(code, held=starting_values(code.program)), list[str]()
+    with closing(Shared("board", loop)) as shared:
+        loop.begin(0)
+        owner = Owner("board", shared, Permissions.of(arrangement), refused=said.append, audit=audit)
+        with closing(owner):
+            yield owner, shared, said
+
+
+def connected() -> socket.socket:
+    connection = socket.socket(socket.AF_UNIX)
+    connection.settimeout(0)
+    try:
+        connection.connect(str(socket_path("board")))
+    except OSError:
+        connection.close()
+        raise
+    return connection
+
+
+def heard(connection: socket.socket) -> list[dict[str, object]]:
+    """The lines that are there."""
+    data = b""
+    try:
+        while more := connection.recv(1 << 20):
+            data += more
+    except BlockingIOError:
+        pass
+    return [json.loads(line) for line in data.splitlines()]
+
+
+def fill(connections: ExitStack, owner: Owner, uid: int, count: int) -> list[str]:
+    """So many connections of a user; why they were refused, if they were."""
+    found = []
+    for _ in range(count):
+        with as_user(uid):
+            one = connections.enter_context(connected())
+        owner.serve(0)
+        found += [str(line["error"]) for line in heard(one) if "error" in line]
+    return found
+
+
+@needs_root
+def test_each_user_has_a_share_of_the_connections() -> None:
+    with standing(ACCESS) as (owner, _, _), ExitStack() as connections:
+        most = CONNECTIONS.each
+        assert fill(connections, owner, DAEMON, most + 1) == [
+            f"user `daemon` has {most} connections already, which is the share of a user"
+        ]
+        assert fill(connections, owner, BIN, most) == []
+        together = f"users who may not command have {2 * most} connections already, which is their share"
+        assert fill(connections, owner, SYS, 1) == [together]
+        assert len(fill(connections, owner, GAMES, most + 1)) == 1
+        assert fill(connections, owner, 0, CONNECTIONS.own) == []
+
+
+@needs_root
+def test_each_user_has_a_share_of_subscriptions_and_memory() -> None:
+    with standing(ACCESS) as (owner, _, _), ExitStack() as connections:
+        with as_user(DAEMON):
+            clients = [connections.enter_context(connected()) for _ in range(CONNECTIONS.each)]
+        answers = []
+        for client in clients:
+            owner.serve(0)
+            heard(client)
+            for request in (b'{"subscribe": true}\n', b'{"subscribe": true}\n', b'{"write": ["go"]}\n'):
+                client.sendall(request)
+                owner.serve(0)
+                owner.serve(0)
+                answers += heard(client)
+        assert sum("socket" in answer for answer in answers) == SUBSCRIPTIONS.each
+        lent = 0
+        for _ in range(LENT):
+            clients.pop(0).close()
+            owner.serve(0)
+            with as_user(DAEMON):
+                client = connected()
+            owner.serve(0)
+            heard(client)
+            client.sendall(b'{"write": ["go"]}\n')
+            owner.serve(0)
+            owner.serve(0)
+            lent += any("words" in answer for answer in heard(client))
+            client.close()
+            owner.serve(0)
+        assert lent + sum("words" in answer for answer in answers) == PIECES.each
+
+
+def test_a_flood_has_a_few_requests_done_in_a_round() -> None:
+    """Whoever else asks has its turn in the same round, and ports have theirs after it."""
+    with standing(PLAIN) as (owner, shared, _), connected() as flood, connected() as operator:
+        owner.serve(0)
+        owner.serve(0)
+        assert heard(flood) and heard(operator)
+        with suppress(BlockingIOError):
+            while True:
+                flood.send(b'{"post": {}}\n' * 1000)
+        operator.send(b'{"command": ["suspend", "a"]}\n')
+        owner.serve(0)
+        assert owner.patience == 0
+        rounds = done = 0
+        while rounds < 100:
+            shared.loop.go(1)
+            owner.serve(0)
+            rounds += 1
+            news = heard(flood)
+            assert len(news) <= 2 * FEW
+            done += len(news)
+            if any("frame" in line for line in heard(operator)):
+                break
+        assert rounds <= 3 and done
+
+
+@needs_root
+def test_those_who_may_command_come_first() -> None:
+    """However many others ask, the command is done in the next round; and others have a turn in each."""
+    with standing(ACCESS) as (owner, shared, _), ExitStack() as connections:
+        with as_user(DAEMON):
+            crowd = [connections.enter_context(connected()) for _ in range(CONNECTIONS.each)]
+        operator = connections.enter_context(connected())
+        owner.serve(0)
+        owner.serve(0)
+        for client in (*crowd, operator):
+            assert heard(client)
+        for client in crowd:
+            client.send(b'{"post": {"go": tru}}\n' * 1000)
+        owner.serve(0)
+        operator.send(b'{"command": ["suspend", "a"]}\n')
+        owner.serve(0)
+        assert shared.posts._issued is not None
+        before = [len(heard(client)) for client in crowd]
+        for _ in range(4 * len(crowd)):
+            owner.serve(0)
+        assert sum(before) >= 1 and all(heard(client) for client in crowd)
+
+
+def test_many_calls_are_taken_at_once_but_not_all() -> None:
+    with standing(PLAIN) as (owner, _, _), ExitStack() as calls:
+        callers = [calls.enter_context(connected()) for _ in range(CALLS + 1)]
+        owner.serve(0)
+        assert [bool(heard(caller)) for caller in callers] == [True] * CALLS + [False]
+        owner.serve(0)
+        assert f"has {CONNECTIONS.own} connections already" in str(heard(callers[-1])[0]["error"])
+
+
+def test_who_finds_no_descriptor_is_told() -> None:
+    before = resource.getrlimit(resource.RLIMIT_NOFILE)
+    with standing(PLAIN) as (owner, _, _), ExitStack() as calls:
+        callers = [calls.enter_context(connected()) for _ in range(3)]
+        most = max(int(name) for name in os.listdir("/proc/self/fd"))  # noqa: PTH208 - numbers
+        with ExitStack() as filled:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (most + 1, before[1]))
+            try:
+                with suppress(OSError):
+                    while True:
+                        filled.callback(os.close, os.open(os.devnull, os.O_RDONLY))
+                owner.serve(0)
+            finally:
+                resource.setrlimit(resource.RLIMIT_NOFILE, before)
+        assert "no descriptor left" in str(heard(callers[0])[0]["error"])
+        owner.serve(0)
+        assert heard(callers[2])[0]["whiteboard"] == "board"
+
+
+@needs_root
+def test_refusals_do_not_fill_the_audit_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are counted by user: of strangers, whoever they are, and of a client that first posts again and again."""
+    log = AuditLog(tmp_path / "log")
+    with standing(ACCESS, log) as (owner, shared, said):
+        for number in range(3 * FIRST):
+            with as_user((NOBODY, GAMES + 1)[number % 2]):
+                caller = connected()
+            owner.serve(0)
+            assert heard(caller) == [{"error": "it may not read the whiteboard"}]
+            caller.close()
+            with as_user(DAEMON):
+                caller = connected()
+            owner.serve(0)
+            caller.send(b'{"post": {"go": true}}\n')
+            owner.serve(0)
+            caller.close()
+            owner.serve(0)
+        with connected() as operator:
+            owner.serve(0)
+            monkeypatch.setattr(AuditLog, "room", KEPT_BYTES)
+            operator.send(b'{"command": ["unload", "a"]}\n{"command": ["suspend", "a"]}\n')
+            for _ in range(3):
+                owner.serve(0)
+            shared.loop.go(1)
+            owner.serve(0)
+            assert any("frame" in line for line in heard(operator))
+        owner.settle()
+    log.close()
+    assert verify(log.path).last == log.last
+    lines = [json.loads(line) for line in log.path.read_text().splitlines()]
+    told = [(line["what"], line["user"], line["more"]) for line in lines if "more" in line]
+    assert sorted(told) == [("posts", "daemon", 2 * FIRST), ("refused", "root", 1), ("refused", STRANGERS, 2 * FIRST)]
+    assert len(lines) == 2 * FIRST + 3 + 3
+    assert said[FIRST:] == [f"{STRANGERS}: {2 * FIRST} more", "root: 1 more"]
+
+
+def test_the_last_command_is_logged_before_the_run_ends(tmp_path: Path) -> None:
+    log = AuditLog(tmp_path / "log")
+    with standing(PLAIN, log) as (owner, shared, _), connected() as operator:
+        owner.serve(0)
+        operator.send(b'{"command": ["suspend", "a"]}\n')
+        owner.serve(0)
+        shared.loop.go(1)
+        owner.settle()
+        log.note(ENDED, {})
+    log.close()
+    assert not verify(log.path).open
+    assert [json.loads(line)["what"] for line in log.path.read_text().splitlines()] == ["command", "taken", ENDED]
+
+
+def test_more_entries_than_a_few_are_counted() -> None:
+    """While a user goes on with it, one line in an interval; after a quiet one, they are written again."""
+    now = 0.0
+    sparing = Sparing(lambda: now)
+    assert [sparing.writes("refused", "a", room=True) for _ in range(FIRST + 3)] == [True] * FIRST + [False] * 3
+    assert sparing.writes("refused", "b", room=True) and sparing.writes("posts", "a", room=True)
+    assert not sparing.writes("refused", "c", room=False)
+    assert not [*sparing.left_out()]
+    now += INTERVAL
+    assert [*sparing.left_out()] == [("refused", "a", 3), ("refused", "c", 1)]
+    assert not any(sparing.writes("refused", "a", room=True) for _ in range(FIRST + 1))
+    now += INTERVAL
+    assert [*sparing.left_out()] == [("refused", "a", FIRST + 1)]
+    now += INTERVAL
+    assert not [*sparing.left_out()] and sparing.writes("refused", "a", room=True)
+    assert not [*sparing.left_out(over=True)]
+
+
+def test_a_socket_for_waking_is_the_owners() -> None:
+    """No client names one, removes that of another, or has more descriptors on the way than one."""
+    board = socket_path("board")
+    stale, others = wake_path(board, 3), (board.with_name("board.x.wake"), wake_path(board.with_name("boar.d"), 3))
+    for path in (stale, *others):
+        path.touch()
+    with standing(PLAIN) as (owner, _, _), connected() as one, connected() as other:
+        assert not stale.exists() and all(path.exists() for path in others)
+        owner.serve(0)
+        owner.serve(0)
+        assert heard(one) and heard(other)
+
+        def asked(client: socket.socket, request: object) -> dict[str, object]:
+            client.send(json.dumps(request).encode() + b"\n")
+            owner.serve(0)
+            owner.serve(0)
+            return heard(client)[0]
+
+        assert asked(one, {"subscribe": True}) == {"ok": True, "socket": 0}
+        path = wake_path(board, 0)
+        assert path.is_socket() and path.stat().st_mode & 0o777 == 0o600
+        for request in ({"subscribe": "0123456789abcdef"}, {"subscribe": 1}, {"unsubscribe": 0}):
+            assert "error" in asked(other, request)
+        other.close()
+        owner.serve(0)
+        assert path.exists()
+        one.send(b'{"subscribe": true}\n' * 3)
+        for _ in range(3 + 1):
+            owner.serve(0)
+        assert ["error" in line for line in heard(one)] == [False, True, True]
+        assert asked(one, {"unsubscribe": 0}) == {"ok": True} and not path.exists()
+    assert {*board.parent.iterdir()} == {*others}
+
+
+def test_who_is_not_woken_looks_again() -> None:
+    with served(build_arrangement(OPERATED)) as loop, Whiteboard("board") as board:
+        with board.subscribe() as one, board.frames() as other, board.subscribe() as third:
+
+            async def follow() -> None:
+                seen = 0
+                async for _ in third:
+                    seen += 1
+                    if seen == 3:
+                        return
+
+            for reader in (one, other, third):
+                reader.read()
+            for path in socket_path("board").parent.glob("*.wake"):
+                path.unlink()
+            for reader in (one, other):
+                updates = iter(reader)
+                assert [next(updates) and None for _ in range(100)]
+            asyncio.run(follow())
+        assert loop.told[control.WAKE_COUNT]
+
+
+def test_leaving_asynchronous_frames_leaves_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    problems: list[object] = []
+
+    async def leave(board: Whiteboard) -> None:
+        loop = asyncio.get_running_loop()
+        loop.set_exception_handler(lambda _, context: problems.append(context))
+        for _ in range(3):
+            updates = board.subscribe("ran")
+            number = updates.fileno()
+            async for _ in updates:
+                break
+            updates.close()
+            updates.close()
+            assert not loop.remove_reader(number)
+            assert not [update async for update in updates]
+            gc.collect()
+            await asyncio.sleep(0)
+        closing = board.subscribe("ran")
+        loop.call_later(0.01, closing.close)
+        async for _ in closing:
+            pass
+
+    with served(build_arrangement(OPERATED)), Whiteboard("board") as board:
+        asyncio.run(leave(board))
+    gc.collect()
+    assert not problems and "exception" not in capsys.readouterr().err
+
+
+@needs_root
+def test_another_account_reads_and_posts(monkeypatch: pytest.MonkeyPatch) -> None:
+    with served(build_arrangement(ACCESS)):
+        with as_user(DAEMON):
+            with Whiteboard("board") as board:
+                assert board.view().ending == "running"
+                with board.subscribe("ran") as updates:
+                    news = iter(updates)
+                    assert next(news).number < next(news).number
+                board.post(go=True)
+                with pytest.raises(PostRefused, match=r"user `daemon` \(low\) may not suspend `a`"):
+                    board.command("suspend", "a")
+            with pytest.raises(NoPlace, match="not a folder of yours"):
+                Owner("mine", None, Permissions())  # type: ignore[arg-type]
+            assert names() == ["board"]
+        socket_path("board").parent.chmod(0o711)
+        with as_user(DAEMON), pytest.raises(NoPlace, match="cannot be read: Permission denied"):
+            names()
+        with as_user(NOBODY), pytest.raises(WhiteboardError, match="does not let this process in: it may not read"):
+            Whiteboard("board")
+        with monkeypatch.context() as unnamed:
+            (place := socket_path("board").with_name("llfsm")).mkdir()
+            unnamed.delenv("LLFSM_WHITEBOARDS")
+            unnamed.setenv("XDG_RUNTIME_DIR", str(place.parent))
+            with as_user(DAEMON), pytest.raises(NoPlace, match="not a folder of yours"):
+                Whiteboard("board")
+            place.rmdir()
+    with served(build_arrangement(PLAIN)), as_user(DAEMON), pytest.raises(WhiteboardError, match="no whiteboard"):
+        Whiteboard("board")
+
+
+@needs_root
+def test_a_server_of_another_user_is_not_believed() -> None:
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind(str(socket_path("board")))
+        with as_user(DAEMON):
+            server.listen()
+        with pytest.raises(WhiteboardError, match="is served by user 1, and its folder is of user 0"):
+            Whiteboard("board")
+
+
+def test_a_path_that_is_too_long(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LLFSM_WHITEBOARDS", str(tmp_path / ("x" * 100)))
+    with pytest.raises(NoPlace, match=r"would be \d+ bytes long, and 107 are the most; LLFSM_WHITEBOARDS names"):
+        socket_path("board")
+
+
+def test_a_folder_in_the_way() -> None:
+    socket_path("board").mkdir()
+    with pytest.raises(Taken, match=r"board\.whiteboard is in the way, and stays: Is a directory"), standing(PLAIN):
+        pass
+    socket_path("board").rmdir()
+
+
+def test_what_nobody_asks_for_takes_no_descriptors() -> None:
+    def taken(document: dict[str, object], *, served: bool) -> int:
+        loop = Loop(made(json.dumps(document))[1])
+        before = len(os.listdir("/proc/self/fd"))  # noqa: PTH208 - numbers
+        with closing(Shared("board", loop, served=served)):
+            return len(os.listdir("/proc/self/fd")) - before  # noqa: PTH208 - numbers
+
+    assert [taken(PLAIN, served=True), taken(PLAIN, served=False), taken(OPERATED, served=True)] == [2 + LENT, 2, 2]
+
+
+def test_a_caller_waits_until_there_is_room() -> None:
+    """The system keeps so many calls waiting; one more waits for the owner, as long as it is told to."""
+    with socket.socket(socket.AF_UNIX) as server, ExitStack() as calls:
+        server.bind(str(socket_path("board")))
+        server.listen(0)
+        with suppress(BlockingIOError):
+            while True:
+                calls.enter_context(connected())
+        for seconds in (0, 0.01):
+            with pytest.raises(WhiteboardError, match="too many processes call the whiteboard"):
+                called("board", seconds)
+        found: list[str] = []
+
+        def call() -> None:
+            try:
+                Whiteboard("board")
+            except WhiteboardError as error:
+                found.append(str(error))
+
+        thread = threading.Thread(target=call)
+        thread.start()
+        server.settimeout(0.01)
+        while thread.is_alive():
+            calls.close()
+            with suppress(TimeoutError):
+                server.accept()[0].close()
+        thread.join()
+        assert len(found) == 1 and "gone" in found[0]
