@@ -32,8 +32,8 @@ soak: $(VENV)/.test ## Random checks at length, on fresh examples: hours; SOAK=1
 	$(BIN)/python -m tests.exports.compare $(SOAK) $(or $(SEED),1)
 	$(BIN)/python -m tests.fuzzing $(shell expr 100 '*' $(SOAK)) $(or $(SEED),1)
 
-oracles: $(VENV)/.test ## Install or build what tests compare us with: SPIN, NuSMV, Mosquitto, ROS; say what is missing
-	$(BIN)/python -m tools.oracles
+oracles: $(VENV)/.test ## Install or build what tests compare us with, and say what is missing; GROUP=core|targets|robots|view|knowledge
+	$(BIN)/python -m tools.oracles $(if $(GROUP),--group $(GROUP))
 
 mutants: $(VENV)/.test ## How many of N mutants of the source the tests kill; SEED chooses them
 	$(BIN)/python -m tests.mutation --number $(N) --jobs $(JOBS) $(if $(SEED),--seed $(SEED))

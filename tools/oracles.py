@@ -38,6 +38,8 @@ OF_SYSTEM = {"rospy": ("rospy", "rosmaster", "std_msgs")}
 """Packages for that Python, by the name of the oracle."""
 FROM_DEBIAN = {
     "spin": ("spin",),
+    "gcc": ("gcc",),
+    "make": ("make",),
     "mosquitto": ("mosquitto",),
     "rospy": ("python3-rospy", "python3-rosmaster", "python3-std-msgs"),
 }
@@ -56,7 +58,15 @@ MODULES = {
 """Modules by the name of the package that brings them."""
 EXTRAS = {"mypy": "check", "mkdocstrings": "docs", "pandas": "pandas"}
 """The extras of `pyproject.toml` that bring a module, where it is not `draw` or `test`: nothing else needs these."""
-NAMES = (*PROGRAMS, *OF_SYSTEM, *MODULES)
+GROUPS: dict[str, tuple[str, ...]] = {
+    "core": ("spin", "gcc", "make", "nusmv", *MODULES),
+    "targets": (),
+    "robots": ("mosquitto", "rospy"),
+    "view": (),
+    "knowledge": (),
+}
+"""Oracles that are got together, with one call of apt-get: those of each part of the package."""
+NAMES = tuple(name for names in GROUPS.values() for name in names)
 
 SDIST = "pynusmv==1.0rc8"
 SHA256 = "35af7cdd25dfc8dc357770f0764b2cb726aed219200bba2e58c25318b2425aa1"
@@ -99,26 +109,25 @@ def _built() -> Path:
 # ---------------------------------------------------------------- getting them
 
 
-def provide() -> dict[str, str]:
-    """Install and build what is missing; why it could not be, by name."""
+def provide(group: str) -> dict[str, str]:
+    """Install and build what is missing of a group; why it could not be, by name."""
     problems: dict[str, str] = {}
-    wanted = [package for name, packages in FROM_DEBIAN.items() if find(name) is None for package in packages]
-    if find("nusmv") is None:
+    missing = [name for name in GROUPS[group] if find(name) is None]
+    wanted = [package for name in missing for package in FROM_DEBIAN.get(name, ())]
+    if "nusmv" in missing:
         wanted += [package for program, package in TOOLCHAIN.items() if shutil.which(program) is None]
-    elif find("gcc") is None:
-        wanted.append("gcc")
     if wanted:
         try:
-            _install(wanted)
+            _install(list(dict.fromkeys(wanted)))
         except Missing as reason:
-            problems |= {name: str(reason) for name in (*FROM_DEBIAN, "gcc", "make") if find(name) is None}
-    if find("nusmv") is None:
+            problems = {name: str(reason) for name in missing if name in FROM_DEBIAN}
+    if "nusmv" in missing:
         try:
             _build()
         except Missing as reason:
             problems["nusmv"] = str(reason)
-    for name in MODULES:
-        if find(name) is None:
+    for name in missing:
+        if name in MODULES:
             extra = EXTRAS.get(name, "draw,test")
             problems[name] = f"not installed; `python -m pip install -e '.[{extra}]'` does that"
     return {name: reason for name, reason in problems.items() if find(name) is None}
@@ -220,18 +229,28 @@ def _about(name: str, found: str) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(prog="python -m tools.oracles", description=provide.__doc__)
+    parser = argparse.ArgumentParser(prog="python -m tools.oracles", description="Install and build what is missing.")
+    parser.add_argument("--group", choices=GROUPS, help="only these oracles (default: all)")
     parser.add_argument("--names", action="store_true", help="only print what is there, for LLFSM_REQUIRE_ORACLES")
-    if parser.parse_args(arguments).names:
-        print(",".join(name for name in NAMES if find(name) is not None))
-        return
-    problems = provide()
-    there = {name: found for name in NAMES if (found := find(name)) is not None}
-    for name in NAMES:
-        print(
-            f"{name:14}", _about(name, there[name]) if name in there else f"missing: {problems.get(name, 'not found')}"
-        )
-    print(f"\nTests fail where one of these would be skipped, with LLFSM_REQUIRE_ORACLES={','.join(there)}")
+    given = parser.parse_args(arguments)
+    groups = [given.group] if given.group else list(GROUPS)
+    if not given.names:
+        for group in groups:
+            _get(group)
+    there = [name for group in groups for name in GROUPS[group] if find(name) is not None]
+    if given.names:
+        print(",".join(there))
+    elif there:
+        print(f"Tests fail where one of these would be skipped, with LLFSM_REQUIRE_ORACLES={','.join(there)}")
+
+
+def _get(group: str) -> None:
+    problems = provide(group)
+    print(f"{group}:" if GROUPS[group] else f"{group}: no oracle is in this group yet")
+    for name in GROUPS[group]:
+        found = find(name)
+        print(f"  {name:14}", f"missing: {problems.get(name, 'not found')}" if found is None else _about(name, found))
+    print()
 
 
 if __name__ == "__main__":

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from llfsm_verify.backends.native.executor import Edge
-from llfsm_verify.backends.native.layout import Layout
+from llfsm_verify.backends.native.layout import WORD_BYTES, BitField, Layout
 from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
@@ -21,6 +23,21 @@ def move_of(program: Program, edge: Edge) -> Move:
     return Move(None if edge.process < 0 else edge.process, {choices[c].name: v for c, v in edge.samples})
 
 
+def _runs(fields: Sequence[BitField]) -> list[tuple[int, int, int]]:
+    """Bits of a record that follow each other as those of a letter do: the first one, their mask, the letter's bit."""
+    runs: list[tuple[int, int, int]] = []
+    for place, field in enumerate(fields):
+        assert (field.bits, field.low) == (1, 0), "what a letter shows is Boolean"
+        word, shift = field.place(0)
+        bit = 8 * WORD_BYTES * word + shift
+        first, mask, begin = runs.pop() if runs else (bit, 0, place)
+        if bit - first != place - begin:
+            runs.append((first, mask, begin))
+            first, mask, begin = bit, 0, place
+        runs.append((first, mask << 1 | 1, begin))
+    return runs
+
+
 class Observer:
     """Reads the letters of one program's records, as masks over `names`."""
 
@@ -29,12 +46,15 @@ class Observer:
         self._layout = layout
         outputs = observed_outputs(program)
         self.names = tuple(name for name, _ in outputs)
-        self._readers = [layout.reader(output) for _, output in outputs]
+        self._runs = _runs([layout.fields[output] for _, output in outputs])
         self._cycle = layout.reader(program.cycle)
 
     def letter(self, record: bytes) -> int:
         """The letter after the step that led to a record."""
-        return sum(1 << i for i, read in enumerate(self._readers) if read(record))
+        number, letter = int.from_bytes(record, "little"), 0
+        for first, mask, place in self._runs:
+            letter |= (number >> first & mask) << place
+        return letter
 
     def first_letter(self, record: bytes) -> int:
         """Atoms over an initial configuration, with inputs at their `init`. Raises OverflowError."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import ctypes
 from array import array
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
@@ -76,9 +76,9 @@ def in_portions(kernel: str, block: Block, end: int) -> int:
 class EdgeClasses(LabelClasses):
     """The labels of a graph, divided, and whether there are edges without one."""
 
-    def __init__(self, graph: Graph, classify: Callable[[int], Hashable]) -> None:
-        """Letters of the same `classify` are one class."""
-        super().__init__(graph, classify)
+    def __init__(self, graph: Graph, bits: int) -> None:
+        """Letters that agree in all `bits`, a mask, are one class."""
+        super().__init__(graph, bits)
         block = (ctypes.c_int64 * p.SHARED_WORDS)()
         block[p.LABELS] = graph.labels.address
         self.silent = bool(in_portions("product_silent", block, graph.edge_count))

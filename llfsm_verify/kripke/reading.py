@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Iterable
 
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.sequences import NO_PREFIX
@@ -22,10 +22,10 @@ class LabelClasses:
     ``prefixes[c]`` (-1: the empty word) followed by a letter of the class of ``letters[last[c]]``.
     """
 
-    def __init__(self, graph: Graph, classify: Callable[[int], Hashable]) -> None:
-        """Letters of the same `classify` are one class."""
-        numbers: dict[Hashable, int] = {}
-        of_letter = array("I", (numbers.setdefault(classify(letter), len(numbers)) for letter in graph.alphabet))
+    def __init__(self, graph: Graph, bits: int) -> None:
+        """Letters that agree in all `bits`, a mask, are one class."""
+        numbers: dict[int, int] = {}
+        of_letter = array("I", (numbers.setdefault(letter & bits, len(numbers)) for letter in graph.alphabet))
         self.letters: list[int] = []
         """A letter of each class of letters."""
         for letter, number in zip(graph.alphabet, of_letter, strict=True):

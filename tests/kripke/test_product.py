@@ -28,7 +28,7 @@ Edges = list[tuple[int, int, int]]
 
 
 def rows(graph: Graph, step: Callable[[int, int], Iterable[Move]]) -> Rows:
-    return Rows(EdgeClasses(graph, lambda letter: letter), step)
+    return Rows(EdgeClasses(graph, -1), step)
 
 
 def made(size: int, edges: Edges) -> Graph:

@@ -149,7 +149,8 @@ def test_without_anything_it_says_what_is_missing(bare, capsys):
     rospy = "python3-rospy python3-rosmaster python3-std-msgs"
     assert (
         "spin           missing: there is no apt-get here; install with" in said
-        and f"apt-get install spin mosquitto {rospy} gcc" in said
+        and "apt-get install spin gcc make g++ flex bison patch\n" in said
+        and f"apt-get install mosquitto {rospy}\n" in said
     )
     assert "nusmv          missing: building it takes gcc, g++, make, flex, bison, patch" in said
     named = said.rpartition("LLFSM_REQUIRE_ORACLES=")[2].strip()
@@ -161,15 +162,45 @@ def test_without_anything_it_says_what_is_missing(bare, capsys):
 def test_only_root_installs(bare, monkeypatch):
     program(bare[0], "apt-get", "exit 0")
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
-    assert oracles.provide()["spin"].startswith("only root can install")
+    assert oracles.provide("core")["spin"].startswith("only root can install")
 
 
 def test_a_package_that_cannot_be_installed_is_said(bare, monkeypatch):
     calls = bare[1].parent / "calls"
     program(bare[0], "apt-get", f'echo "$1" >> {calls}; echo "E: Unable to locate package $4"; exit 100')
     monkeypatch.setattr(os, "geteuid", lambda: 0)
-    assert oracles.provide()["spin"].endswith("failed: E: Unable to locate package spin")
+    assert oracles.provide("core")["spin"].endswith("failed: E: Unable to locate package spin")
     assert calls.read_text().split()[:3] == ["install", "update", "install"]
+
+
+def test_a_group_is_got_by_one_call_of_apt_get(bare, monkeypatch, capsys):
+    calls = bare[1].parent / "calls"
+    program(
+        bare[0],
+        "apt-get",
+        f'shift 3; echo "$@" >> {calls}; printf "#!/bin/sh\\n" > {bare[0]}/mosquitto; chmod +x {bare[0]}/*',
+    )
+    monkeypatch.setenv("PATH", f"{bare[0]}:/usr/bin:/bin")
+    monkeypatch.setattr(os, "geteuid", lambda: 0)
+    oracles.main(["--group", "robots"])
+    assert calls.read_text().splitlines() == ["mosquitto python3-rospy python3-rosmaster python3-std-msgs"]
+    said = capsys.readouterr().out
+    assert f"robots:\n  mosquitto      {bare[0] / 'mosquitto'}\n  rospy          missing: not found\n" in said
+    assert said.endswith("with LLFSM_REQUIRE_ORACLES=mosquitto\n") and "spin" not in said
+
+
+def test_a_group_without_oracles_says_so_and_an_unknown_one_lists_all(capsys):
+    oracles.main(["--group", "view"])
+    assert capsys.readouterr().out == "view: no oracle is in this group yet\n\n"
+    with pytest.raises(SystemExit, match="2"):
+        oracles.main(["--group", "robot"])
+    said = capsys.readouterr().err
+    assert "invalid choice: 'robot'" in said and all(group in said for group in oracles.GROUPS)
+
+
+def test_every_oracle_is_in_one_group():
+    assert sorted(oracles.NAMES) == sorted({*oracles.PROGRAMS, *oracles.OF_SYSTEM, *oracles.MODULES})
+    assert list(oracles.GROUPS) == ["core", "targets", "robots", "view", "knowledge"]
 
 
 @pytest.mark.slow
@@ -177,7 +208,7 @@ def test_a_build_that_fails_is_said_and_leaves_its_log_only(bare, monkeypatch):
     for name in ("gcc", "g++", "make", "flex", "bison", "patch", "spin"):
         program(bare[0], name)
     monkeypatch.setenv("PIP_NO_INDEX", "1")
-    reason = oracles.provide()["nusmv"]
+    reason = oracles.provide("core")["nusmv"]
     assert "-m pip" in reason and reason.endswith(f"failed: {bare[1] / 'nusmv.log'} has what it printed")
     assert "No matching distribution" in (bare[1] / "nusmv.log").read_text()
     assert sorted(p.name for p in bare[1].iterdir()) == ["lock", "nusmv.log"] and oracles.find("nusmv") is None

@@ -114,9 +114,14 @@ def wait_for(work: Callable[[], T], context: z3.Context, check: Callable[[], Non
             begin.release()
         while begun and not (returned or raised):
             if not done.acquire(timeout=LOOK_SECONDS):
-                context.interrupt()
-        # Not all work takes the interrupt back when it ends, as `check` does: later work would be ended by it.
-        z3.Solver(ctx=context).check()
+                with suppress(
+                    z3.Z3Exception
+                ):  # the call of the other thread, once interrupted, leaves it in the context
+                    context.interrupt()
+        # Only `check` takes an interrupt back. Later work would go on without it: a solver forgets what it is told.
+        cleaner = z3.Solver(ctx=context)
+        cleaner.set("ctrl_c", False)
+        cleaner.check()
 
     with paused_collector():  # a term that is collected here is one that the other thread works with
         try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Hashable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
@@ -42,7 +42,7 @@ def shortest_bad_prefix(
             return Walk((root,), ())
         starts.append((root, state + 1))
     with (
-        Rows(EdgeClasses(graph, project), step, lambda state: state == BAD) as rows,
+        Rows(EdgeClasses(graph, project.bits()), step, lambda state: state == BAD) as rows,
         Breadth(graph, rows, starts, goal=SearchTarget.FLAGGED, sizes=sizes) as search,
     ):
         found = search.next()
@@ -73,9 +73,8 @@ class _Guarded:
         self._numbers: dict[tuple[int, int], int] = {}
         self.pairs: list[tuple[int, int]] = []
         """By state: the number of the automata's, and the monitor's."""
-
-    def classify(self, letter: int) -> Hashable:
-        return self._assumed.classify(letter), self._project(letter)
+        self.bits = assumed.bits | project.bits()
+        """The mask of what of a letter matters here."""
 
     def step(self, state: int, letter: int) -> tuple[Move, ...]:
         joint, watch = self.pairs[state]
@@ -148,7 +147,7 @@ def _bad_prefixes(
         starts = [(node, guarded.number(assumed.number(states), state)) for (node, states), state in good]
         graph, sizes = assumed.graph, assumed.sizes
         with (
-            Rows(EdgeClasses(graph, guarded.classify), guarded.step, guarded.ends) as rows,
+            Rows(EdgeClasses(graph, guarded.bits), guarded.step, guarded.ends) as rows,
             Breadth(graph, rows, starts, goal=SearchTarget.FLAGGED, sizes=sizes) as search,
         ):
             while (found := search.next()) is not None:

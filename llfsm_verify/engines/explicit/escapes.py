@@ -213,7 +213,7 @@ def find_escape(question: Question) -> Walk | None:
     assumed, graph = question.assumed, question.assumed.graph
     if assumed.sets > MAX_SETS:
         raise LimitReached(f"the assumptions have more than {MAX_SETS} acceptance sets")
-    automaton, classes = _Followed(assumed), EdgeClasses(graph, assumed.classify)
+    automaton, classes = _Followed(assumed), EdgeClasses(graph, assumed.bits)
     starts = automaton.starts(question.first_letters)
     with (
         Rows(classes, automaton.step, read=automaton.read(classes)) as rows,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import reduce
@@ -32,6 +32,10 @@ class Projection:
     def __init__(self, bits: Sequence[int]) -> None:
         self._bits = tuple(bits)
         self._cache: dict[int, int] = {}
+
+    def bits(self, atoms: int = -1) -> int:
+        """The mask of the graph's bits that show these atoms, a mask."""
+        return reduce(or_, (1 << bit for i, bit in enumerate(self._bits) if atoms >> i & 1), 0)
 
     def __call__(self, letter: int) -> int:
         found = self._cache.get(letter)
@@ -70,6 +74,9 @@ class Product:
         self.is_empty = any(r.automaton.is_empty for r in readers)
         """Some automaton accepts nothing."""
         self._moves = [moves_of(r.automaton) for r in readers]
+        shown = (r.project.bits(m.relevant) for r, m in zip(readers, self._moves, strict=True))
+        self.bits = reduce(or_, shown, reduce(or_, (1 << bit for bit in fair_bits), 0))
+        """The mask of what of a letter matters here."""
         self._shifts = [0]
         for r in readers:
             self._shifts.append(self._shifts[-1] + r.automaton.acceptance_sets)
@@ -77,16 +84,11 @@ class Product:
         """Acceptance sets: those of the automata, one behind the other, then one for each fair bit."""
         self._states: list[States] = []
         self._numbers: dict[States, int] = {}
-        self._known: dict[tuple[int, Hashable], tuple[Move, ...]] = {}
-
-    def classify(self, letter: int) -> Hashable:
-        """What of a letter matters here."""
-        fair = sum(1 << i for i, bit in enumerate(self.fair_bits) if letter >> bit & 1)
-        return fair, *(r.project(letter) & m.relevant for r, m in zip(self._readers, self._moves, strict=True))
+        self._known: dict[tuple[int, int], tuple[Move, ...]] = {}
 
     def step(self, state: int, letter: int) -> tuple[Move, ...]:
         """What the automata can do together with a letter: numbers of states, and acceptance."""
-        kind = self.classify(letter)
+        kind = letter & self.bits
         found = self._known.get((state, kind))
         if found is None:
             joint = self._joint(self._states[state], letter)
@@ -159,7 +161,7 @@ class LassoSearch:
         if self._fits:
             with ExitStack() as stack:
                 graph, sizes = over.graph, over.sizes
-                classes = EdgeClasses(graph, over.classify)
+                classes = EdgeClasses(graph, over.bits)
                 cores = self._cores = Cores(over.step, classes.letters, over.sets, sizes.rows)
                 cores.add((over.number(states) for _, states in first))
                 reach = self._reach = stack.enter_context(Rows(classes, cores.toward))
@@ -208,7 +210,7 @@ class LassoSearch:
     def _plain(self, starts: Sequence[Node]) -> Walk | None:
         """By Python, for more acceptance sets than fit a word."""
         over = self._product
-        classes = LabelClasses(over.graph, over.classify)
+        classes = LabelClasses(over.graph, over.bits)
         moves = Reading(classes, over.step)
 
         def successors(node: ProductNode) -> Iterator[tuple[int, int, ProductNode]]:

@@ -46,6 +46,40 @@ def test_a_context_whose_work_was_ended_can_be_asked_again(
     assert (solver.check(word == 4), solver.check(word == 2)) == (z3.sat, z3.unsat)
 
 
+def test_what_the_ended_work_raised_is_not_raised_by_who_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Z3 keeps the failure of a call in the context, and z3py looks for one after each call, on any thread."""
+    monkeypatch.setattr(asking, "LOOK_SECONDS", 0.002)
+    failed, interrupted = threading.Event(), threading.Event()
+
+    class Watched(z3.Context):
+        def interrupt(self) -> None:
+            try:
+                super().interrupt()
+            finally:
+                interrupted.set()
+
+    context = Watched()
+    word = z3.BitVec("w", 8, context)
+    told = z3.Solver(ctx=context)
+    told.push()
+
+    def work() -> None:
+        with pytest.raises(z3.Z3Exception):
+            z3.Solver(ctx=context).pop()
+        failed.set()
+        interrupted.wait()
+
+    def end() -> None:
+        failed.wait()
+        raise Ended
+
+    with pytest.raises(Ended):
+        asking.wait_for(work, context, end)
+    told.add(word + word == 5)  # a context that is still interrupted loses it
+    assert told.check() == z3.unsat
+    assert z3.simplify(word + word - word).eq(word)
+
+
 @pytest.mark.parametrize("seconds", [0.0, 0.02], ids=["quick", "slow"])
 def test_ctrl_c_at_any_instruction_ends_the_wait_and_the_work(seconds: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """It ends work that has begun before it comes out, and work that has not begun never begins."""
