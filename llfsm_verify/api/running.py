@@ -134,8 +134,15 @@ class LiveRun:
         return {} if frame is None else {name: slot.value(frame) for name, slot in self._slots.items()}
 
     def values(self) -> dict[str, Value]:
-        """The newest frame: states of machines, variables, inputs and verdicts, all of one moment."""
+        """The newest frame: states of machines, variables, inputs and verdicts, all of one moment. It waits for the
+        first one; none (``{}``) where the run has ended before it.
+        """
         self._own()
+        while not (found := self._values()) and not self._ended.wait(SHORTLY):
+            pass  # it has not begun
+        return found or self._values()
+
+    def _values(self) -> dict[str, Value]:
         with self._lock:
             return self._last if self._last is not None else self._now()
 
@@ -172,8 +179,7 @@ class LiveRun:
     def _change(self, change: Change, *, unchecked: bool = False) -> Replaced:
         self._own()
         answered: Future[tuple[int | str, Sequence[str]]] = Future()
-        while not self.values() and not self._ended.wait(SHORTLY):
-            pass  # it has not begun
+        self.values()  # it has begun
         with self._going_on():
             self.wrapped.ask(change, lambda outcome, notes: answered.set_result((outcome, notes)), unchecked)
             self._changing = answered

@@ -113,3 +113,11 @@ def test_what_is_quoted_steers_no_terminal():
     ):
         done = llfsm(*arguments)
         assert done.returncode == code and "\x1b" not in done.stderr, done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "code"), [("full", 3), ("unread", 0)])
+def test_the_report_of_a_run_that_cannot_be_written(kind, code):
+    with stream(kind) as writing:
+        done = run("llfsm_verify", "run", LIGHTS, "--rate", "0", "--for", "3s", stdout=writing)
+    assert done.returncode == code and ("E412" in done.stderr) == (kind == "full") and "bug" not in done.stderr

@@ -20,7 +20,7 @@ from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.cli.argument_types import assignments
-from llfsm_verify.cli.io.output import usage
+from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.unhurried import unhurried_errors
 from llfsm_verify.cli.panel import shown
 from llfsm_verify.cli.ports import declared_ports, following, opened, unusable, writes_to_output
@@ -142,17 +142,19 @@ def run(options: Namespace) -> int:
             seals: dict[str, Json] = {str(path): seal_of(path) for path in done.recordings}
             audit.note(ENDED, {"ending": report.ending, "frames": report.frames, "recordings": seals})
     failure = ports.failure if ports is not None and report.ending == "stopped" else None
-    out = sys.stderr if writes_to_output(specs) else sys.stdout
-    for line in report_lines(report, how.cycle, done.recordings, failure):
-        print(line, file=out)
+    said = list(report_lines(report, how.cycle, done.recordings, failure))
     if audit is not None:
         lost = f"; it ended before the run: {audit.failure}" if audit.failure is not None else ""
-        print(f"audit log: {options.audit}, last line {audit.last}{lost}", file=out)
-    for line in port_lines(ports.counts if ports is not None else {}):
-        print(line, file=out)
-    if suspended():  # not before all is safe and said; when it goes on, there is nothing left to do
-        sys.stdout.flush()
-        os.kill(os.getpid(), signal.SIGSTOP)
+        said.append(f"audit log: {options.audit}, last line {audit.last}{lost}")
+    said += port_lines(ports.counts if ports is not None else {})
+    try:
+        if writes_to_output(specs):
+            print(*said, sep="\n", file=sys.stderr)
+        else:
+            Output().write("\n".join(said))
+    finally:
+        if suspended():  # not before all is safe and said; when it goes on, there is nothing left to do
+            os.kill(os.getpid(), signal.SIGSTOP)
     violated = any(verdict == "violated" for _, verdict, _ in report.monitored)
     unlogged = audit is not None and audit.failure is not None
     if violated or unlogged or report.unrecorded is not None or failure is not None:

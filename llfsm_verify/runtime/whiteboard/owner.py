@@ -36,6 +36,7 @@ from llfsm_verify.arrangement.model import POLICY, REPLACE, Arrangement
 from llfsm_verify.arrangement.replacing import Change, NewPolicy, Replacement
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.audit import AuditLog
+from llfsm_verify.runtime.live import forks
 from llfsm_verify.runtime.whiteboard.clients import CONNECTIONS, PIECE, PIECES, SUBSCRIPTIONS, Client
 from llfsm_verify.runtime.whiteboard.permissions import READS, Permissions, policy_digest, user_name
 from llfsm_verify.runtime.whiteboard.places import socket_path
@@ -130,6 +131,7 @@ class Owner:
         self._listening = self._listen()
         self._epoll = select.epoll()
         self._epoll.register(self._listening, select.EPOLLIN)
+        forks.keep(self)
         self._spare = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
         """Given up to tell who calls that no descriptor is left."""
 
@@ -224,6 +226,13 @@ class Owner:
             listening.close()
             raise
         return listening
+
+    def let_go(self) -> None:
+        """See `forks.Kept`."""
+        self._epoll.close()
+        self._listening.close()
+        for client in self._clients.values():
+            client.connection.close()
 
     def _admit(self) -> None:
         """Let other users connect, or not."""

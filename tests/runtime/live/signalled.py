@@ -8,8 +8,10 @@ whiteboard is in FOLDER.
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
+import signal
 import sys
 import time
 import traceback
@@ -17,6 +19,7 @@ from typing import Literal, cast
 
 import llfsm_verify as lv
 from llfsm_verify import cli
+from llfsm_verify.runtime.loading.checking import PR_SET_PDEATHSIG
 
 
 def run(kind: str, arrangement: str, name: str, ports: str) -> int:
@@ -36,6 +39,7 @@ def start(kind: str, arrangement: str, name: str, ports: str, said: str, folder:
         return pid
     status = 70
     try:
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)  # it does not outlive a test that is ended
         os.setpgid(0, 0)  # of the same session, so that a terminal could suspend it
         os.environ["LLFSM_WHITEBOARDS"] = folder
         os.dup2(os.open(os.devnull, os.O_RDONLY), 0)

@@ -260,7 +260,7 @@ def test_a_frame_that_never_comes_is_not_waited_for() -> None:
         loop.go(1)  # reads it
         newest = 8 * generations.NEWEST
         for number in (2, 5, -1, 1 << 62):
-            writer._mapped[newest : newest + 8] = number.to_bytes(8, "little", signed=True)
+            ctypes.c_int64.from_address(writer._address + newest).value = number
             assert lent.newest() is None
             assert shared.posts.posted("level") == 2  # as the loop has read it
             following.posts.adopt(shared.posts)
@@ -649,6 +649,7 @@ def test_a_segment_is_closed_once() -> None:
 def test_a_subscription_outlives_its_whiteboard() -> None:
     with served(load_arrangement(LIGHTS), "outlived"):
         board = Whiteboard("outlived")
+        board.view()  # there is a frame
         with board.subscribe() as subscription:
             assert subscription.read()
             board.close()
