@@ -3,8 +3,14 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 JOBS ?= 2
+# Each worker begins with its own part of the tests, so that what tests of a file share is made once.
+PYTEST := $(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
 N ?= 200
 SOAK ?= 100
+
+# Tests start Python hundreds of times. Where the environment forbids Python to keep what it compiled, each of these
+# processes would compile the package again.
+test test-slow check soak: export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: verify test test-slow check soak oracles mutants bench bench-executor bench-running docs clean
 .DELETE_ON_ERROR:
@@ -13,20 +19,20 @@ verify: $(VENV)/.verify ## Check the traffic lights
 	$(BIN)/llfsm-verify models/traffic_lights/arrangement.yaml properties/traffic_lights.ltl
 
 test: $(VENV)/.test ## The tests, but for the long ones: ten minutes at most, on two cores
-	$(BIN)/python -m pytest -q -n $(JOBS) -m "not long"
+	$(PYTEST) -m "not long"
 
 test-slow: $(VENV)/.test ## The rest: random tests at length, and what takes long
-	$(BIN)/python -m pytest -q -n $(JOBS) -m long
+	$(PYTEST) -m long
 
 check: $(VENV)/.check ## Format, lint, types, layers and the fast tests
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	LLFSM_QUICK=1 $(BIN)/python -m pytest -q -n $(JOBS) -m "not slow and not long"
+	LLFSM_QUICK=1 $(PYTEST) -m "not slow and not long"
 
 soak: $(VENV)/.test ## Random checks at length, on fresh examples: hours; SOAK=1 is a hundredth, SEED chooses them
-	LLFSM_FRESH=1 $(BIN)/python -m pytest -q -n $(JOBS) --timeout=0 -o faulthandler_timeout=0
+	LLFSM_FRESH=1 $(PYTEST) --timeout=0 -o faulthandler_timeout=0
 	$(BIN)/python -m tests.verification.agreeing $(shell expr 10 '*' $(SOAK)) $(or $(SEED),1)
 	$(BIN)/python -m tests.oracle.judging $(shell expr 10 '*' $(SOAK)) $(or $(SEED),1)
 	$(BIN)/python -m tests.exports.compare $(SOAK) $(or $(SEED),1)

@@ -43,7 +43,7 @@ def imports(tree: ast.Module) -> Iterator[ast.Import | ast.ImportFrom]:
         elif isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
             stack.extend(node.orelse)
         else:
-            stack.extend(ast.iter_child_nodes(node))
+            stack.extend(child for child in ast.iter_child_nodes(node) if not isinstance(child, ast.expr))
 
 
 def edges(known: dict[str, Path]) -> dict[str, set[str]]:

@@ -7,9 +7,12 @@ import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+from tests.forked import Forks, forks
 
 LONG = (
     "docs/command-line.md", "docs/guarding.md", "docs/modelling.md", "docs/properties.md", "docs/tutorial.md",
@@ -18,9 +21,9 @@ LONG = (
 """Pages whose commands take many seconds together."""
 PAGES = sorted(str(page) for page in (*Path().glob("*.md"), *Path("docs").rglob("*.md"), *Path("models").rglob("*.md")))
 
+LLFSM = {"llfsm": [], "llfsm-verify": ["verify"]}
+"""What follows `llfsm` in commands of ours; the others have processes of their own."""
 COMMANDS = {
-    "llfsm": [sys.executable, "-m", "llfsm_verify"],
-    "llfsm-verify": [sys.executable, "-m", "llfsm_verify", "verify"],
     "llfsm-check-certificate": [sys.executable, "-m", "llfsm_verify.certificate"],
     "pytest": [sys.executable, "-m", "pytest"],
     "sed": ["sed"],
@@ -65,7 +68,7 @@ def test_the_tutorial_has_ten_steps_and_each_runs():
     "page",
     [pytest.param(p, marks=pytest.mark.long) if p in LONG else p for p in PAGES if transcripts(p)],
 )
-def test_what_a_page_shows_is_what_happens(page, tmp_path):
+def test_what_a_page_shows_is_what_happens(page, tmp_path, forked):
     """All commands of a page in order, in a folder that holds the models, the properties and the files of the page."""
     for name in ("models", "properties"):
         (tmp_path / name).symlink_to(Path(name).resolve())
@@ -73,7 +76,7 @@ def test_what_a_page_shows_is_what_happens(page, tmp_path):
         if command.startswith("# "):
             (tmp_path / command[2:]).write_text(output, encoding="utf-8")
             continue
-        printed = SECONDS.sub("… s", run(command, tmp_path)).rstrip("\n")
+        printed = SECONDS.sub("… s", run(command, tmp_path, forked)).rstrip("\n")
         shown = SECONDS.sub("… s", output).rstrip("\n")
         if "\n[…]\n" in shown:
             # A page may leave out the middle of a long output.
@@ -83,11 +86,20 @@ def test_what_a_page_shows_is_what_happens(page, tmp_path):
             assert printed == shown
 
 
-def run(command: str, folder: Path) -> str:
-    """What a command, one of COMMANDS, prints, and its exit code where the page asks for it (`; echo $?`)."""
+@pytest.fixture(scope="module")
+def forked() -> Iterator[Forks]:
+    with forks() as found:
+        yield found
+
+
+def run(command: str, folder: Path, forked: Forks) -> str:
+    """What a command, of LLFSM or COMMANDS, prints, and its exit code where the page asks for it (`; echo $?`)."""
     command, _, echo = command.partition(";")
     words = shlex.split(command)
-    assert words[0] in COMMANDS and echo.strip() in ("", "echo $?"), command
+    assert words[0] in (*LLFSM, *COMMANDS) and echo.strip() in ("", "echo $?"), command
+    if words[0] in LLFSM:
+        code, printed = forked.llfsm([*LLFSM[words[0]], *words[1:]], folder)
+        return printed + (f"{code}\n" if echo else "")
     done = subprocess.run(
         [*COMMANDS[words[0]], *words[1:]],
         cwd=folder,
