@@ -11,7 +11,7 @@ from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS
-from llfsm_verify.runtime.recording.file import Recording
+from llfsm_verify.runtime.recording.file import GOES_ON, Recording
 from llfsm_verify.runtime.recording.origin import Load, arrangement_of, code_of, free_of
 from llfsm_verify.runtime.recording.replay import Differs, performed
 from llfsm_verify.runtime.recording.ringlets import ringlets
@@ -53,6 +53,8 @@ class Repeated:
         happened = f"{counted(self.frames, 'frame')}, the same bit for bit"
         if self.frames <= (self.ending != "running"):
             happened = "0 cycles"  # it was over before the first frame of a run, which no cycle comes before
+        if self.lost == GOES_ON:
+            return f"{happened}, and {GOES_ON}"
         return f"{happened}, and then {self.ending if self.lost is None else f'nothing: {self.lost}'}"
 
 

@@ -73,6 +73,16 @@ def test_recordings_that_are_not_the_same(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_a_recording_is_replayed_while_its_run_goes_on(tmp_path: Path) -> None:
+    with lv.load(LIGHTS).run(rate=10, record=tmp_path / "r") as run:
+        while "ns" not in run.values():
+            pass
+        again = lv.replay(tmp_path / "r")
+        assert again.as_expected and str(again).endswith(", and the run goes on")
+    assert str(lv.replay(tmp_path / "r")).endswith("and then stopped")
+
+
+@pytest.mark.slow
 def test_nothing_is_asked_of_a_run_that_has_ended() -> None:
     run = lv.load(LIGHTS).run(rate=0, cycles=2)
     run.wait()

@@ -236,7 +236,10 @@ PROVOKED: dict[str, Provoked] = {
     ),
     "E480": Provoked(("llfsm run a.yaml --rate 0 --for 1s --record no/such/folder/lamp.rec",), LAMP),
     "E481": Provoked(("llfsm check-recording a.yaml -p 'F m@ON'",), LAMP),
-    "E482": Provoked((RECORD, "sed -i 's/not go/    go/' lamp.rec", "llfsm replay lamp.rec"), LAMP),
+    "E482": Provoked(
+        (RECORD, "llfsm check-recording lamp.rec -p 'F m@ON' --arrangement other.yaml"),
+        {**LAMP, "other.yaml": LAMP["a.yaml"].replace("not go", "go")},
+    ),
     "E483": Provoked(("llfsm run a.yaml",), {"a.yaml": LAMP["a.yaml"].replace("cycle_ms: 100\n", "")}),
     "E484": Provoked(
         (

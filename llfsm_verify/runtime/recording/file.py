@@ -219,6 +219,7 @@ class Recording:
             raise
 
     def _read_header(self) -> None:
+        self._is_written = self._is_locked()  # before anything is read: it may end meanwhile
         first = self._file.readline(len(MAGIC))
         if first not in (MAGIC, WITHOUT_CHECKSUMS):
             if first.startswith(KIND):
@@ -234,7 +235,6 @@ class Recording:
             raise self._bad("the recording is damaged: its frames have no size", "record again")
         self.header: Mapping[str, Json] = MappingProxyType(header)
         self.has_checksums = first == MAGIC
-        self._is_written = self._is_locked()
         size = HEAD if self.has_checksums else WORD
         head = self._file.read(size)
         if len(head) < size:
@@ -302,7 +302,7 @@ class Recording:
         """Without a last frame. A file that nobody closed still has what was reserved for it, in whole pages, and a
         process that was killed can have written one entry more at most than it has counted."""
         why, reserved = self._closed & 0xFFFF, not (self._begin + self._there) % PAGE
-        if check is None or (self._is_written and why == OPEN):
+        if check is None or (self._is_written and why in (OPEN, WHOLE)):
             self.lost = GOES_ON if self._is_written else KILLED
             return
         is_named = self._closed in (OPEN, why | (why ^ 0xFFFF) << 16)

@@ -48,7 +48,8 @@ def compared(recording: Recording) -> Iterator[None]:
         yield
     except Differs as differs:
         message = f"this is not a recording of this arrangement: {differs}"
-        raise DiagnosticError([Diagnostic(OTHER, message, file=str(recording.path))]) from None
+        hint = "without --arrangement the texts in it are taken; if it differs from these as well, frames were changed"
+        raise DiagnosticError([Diagnostic(OTHER, message, file=str(recording.path), hint=hint)]) from None
 
 
 def performed(recording: Recording, code: LiveCode) -> Iterator[Turn]:
