@@ -195,10 +195,9 @@ def test_a_run_that_is_forgotten_ends_with_the_program(processes: str, how: str,
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == code and ("forgotten" in done.stderr) == (how == "raise")
     *_, last = turns_of(tmp_path / "recording")
-    recording = Recording(tmp_path / "recording")
     assert ENDINGS[last.frame[ENDING]] == "stopped"
-    slots = slots_of(code_of_recording(recording, lv.load(tmp_path / "motors.yaml").wrapped))
-    recording.close()
+    with Recording(tmp_path / "recording") as recording:
+        slots = slots_of(code_of_recording(recording, lv.load(tmp_path / "motors.yaml").wrapped))
     assert next(slot for slot in slots if slot.name == "motor").value(last.frame) == 0
     assert not list((tmp_path / "boards").iterdir())
 

@@ -24,10 +24,19 @@ MOTORS = """\
 name: motors
 cycle_ms: 1
 whiteboard:
+  level: {type: 0..9, init: 0, role: input}
   motor: {type: 0..100, init: 0, role: output, safe: 0}
 machines:
-  drive: {inline: {machine: Drive, states: [{name: ON, on_entry: motor = 77;, stays: true}]}}
+  drive:
+    inline:
+      machine: Drive
+      states:
+        - {name: ON, on_entry: motor = 77;, transitions: [{when: level == 9, to: ON}]}
 schedule: [drive]
+"""
+PORTS = """\
+ports:
+  sensor: {kind: stream, read: sensor.pipe, inputs: {level: level}, on_failure: stale}
 """
 
 
@@ -105,14 +114,26 @@ def test_files_are_written_at_once(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_terminal_that_takes_nothing_does_not_hold_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("kind", ["terminal", "pipe"])
+def test_output_that_nobody_takes_does_not_hold_a_run(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The panel on a terminal, and on a pipe what is said of a port that reads nonsense."""
     (tmp_path / "motors.yaml").write_text(MOTORS)
+    (tmp_path / "ports.yaml").write_text(PORTS)
     monkeypatch.setenv("LLFSM_WHITEBOARDS", str(tmp_path / "boards"))
-    master, slave = pty.openpty()
-    fill(slave)
-    command = [sys.executable, "-m", "llfsm_verify", "run", str(tmp_path / "motors.yaml"), "--panel"]
-    run = subprocess.Popen([*command, "--whiteboard", "motors"], stdout=slave, stderr=slave)
-    os.close(slave)
+    os.mkfifo(tmp_path / "sensor.pipe")
+    sensor = os.open(tmp_path / "sensor.pipe", os.O_RDWR)
+    os.write(sensor, b"nonsense\n{}\n[1]\n")
+    said, reads = stream(kind)
+    command = [sys.executable, "-m", "llfsm_verify", "run", "motors.yaml", "--whiteboard", "motors"]
+    if kind == "terminal":
+        run = subprocess.Popen([*command, "--panel"], cwd=tmp_path, stdout=said, stderr=said)
+    else:
+        run = subprocess.Popen(
+            [*command, "--ports", "ports.yaml"], cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=said
+        )
+    said.close()
     try:
         board = None
         while board is None:
@@ -124,17 +145,20 @@ def test_a_terminal_that_takes_nothing_does_not_hold_a_run(tmp_path: Path, monke
         with board:
             while board.view().values["motor"] != 77:
                 time.sleep(0.01)
+            while kind == "pipe" and select.select([sensor], [], [], 0)[0]:
+                time.sleep(0.01)  # until it has been read, and something is to be said
             run.send_signal(signal.SIGTERM)
             while board.view().values["motor"] != 0:
                 time.sleep(0.01)
             assert board.view().ending == "stopped"
-        while run.poll() is None:  # its report is read
+        while run.poll() is None:  # what it says last is read
             with suppress(OSError):  # of a terminal whose other end is closed
-                if select.select([master], [], [], 0.05)[0]:
-                    os.read(master, 1 << 16)
+                if select.select([reads], [], [], 0.05)[0]:
+                    os.read(reads, 1 << 16)
         assert run.returncode == 0
     finally:
         if run.poll() is None:
             run.kill()
             run.wait()
-        os.close(master)
+        os.close(reads)
+        os.close(sensor)

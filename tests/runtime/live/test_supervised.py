@@ -197,7 +197,7 @@ def test_nothing_is_compiled_or_mapped_when_the_loop_dies(
     monkeypatch.setattr(segment, "code", cache(segment._Code))  # as in a process that has read no whiteboard yet
     with running(several(), tmp_path / "r" if recorded else None) as (run, shared):
         run.start()
-        while (newest := shared.segment.newest()) is None or newest[NUMBER] < 5:
+        while shared.loop.number < 5:
             time.sleep(0)
         with monkeypatch.context() as patched:
             nothing_is_made(patched)
