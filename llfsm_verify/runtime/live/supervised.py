@@ -28,7 +28,9 @@ from llfsm_verify.runtime.recording.file import Recorder
 from llfsm_verify.runtime.whiteboard.shared import Shared
 
 LAST_TOKEN = 2000
-"""Milliseconds that a process waits for the token after the supervisor has died: then nobody has it."""
+"""Milliseconds that the first process waits for the token after the supervisor has died: then nobody has it. The second
+waits twice as long, and so on, so that only one commits the last frame.
+"""
 
 
 class DiedError(RuntimeError):
@@ -155,7 +157,7 @@ class Supervised(Running):
         ready = dict(poll.poll())
         if token not in ready:
             poll.unregister(lifeline)
-            ready = dict(poll.poll(LAST_TOKEN))
+            ready = dict(poll.poll(LAST_TOKEN * (1 + number)))
         return token in ready and bool(os.read(token, 1))
 
     def _wait_for_death(self) -> None:
