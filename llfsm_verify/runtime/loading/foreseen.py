@@ -8,6 +8,7 @@ from pathlib import Path
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.program.moves import Move
@@ -56,6 +57,11 @@ def record_foreseen(
         if (refusal.broken is None) != bool(status):
             raise Disagreement("the executor does not end in a fault where the run that was found does")
         loop.end("fault" if status else "violated" if seen else "stopped", status)
+    except OSError as error:  # no room, for example
+        if recorder is None:
+            raise
+        recorder.path.unlink()
+        raise DiagnosticError([recorder.problem(error)]) from None
     finally:
         if recorder is not None:
             recorder.close()

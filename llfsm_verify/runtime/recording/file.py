@@ -110,9 +110,10 @@ class Recorder:
                 self.path.unlink()
                 raise
         except OSError as error:
-            raise DiagnosticError([self._problem(error)]) from error
+            raise DiagnosticError([self.problem(error)]) from error
 
-    def _problem(self, error: OSError) -> Diagnostic:
+    def problem(self, error: OSError) -> Diagnostic:
+        """What users read of it (E480)."""
         why = "a file is there already" if isinstance(error, FileExistsError) else error.strerror
         message = f"the recording cannot be written: {why}"
         return Diagnostic(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import time
 from collections import Counter
@@ -27,7 +28,7 @@ from llfsm_verify.runtime.loading.examining import Question, Refusal, examine
 from llfsm_verify.runtime.loading.foreseen import Interleaved, record_foreseen
 from llfsm_verify.runtime.loading.places import Accepted, place_of
 from llfsm_verify.runtime.loading.succession import _compare
-from llfsm_verify.runtime.recording.file import Recording
+from llfsm_verify.runtime.recording.file import Recorder, Recording
 from llfsm_verify.runtime.recording.replay import replay
 from llfsm_verify.testing.arrangements import Document, arrangements
 from tests.quick import AtLeast, many, spread
@@ -184,6 +185,26 @@ def test_an_answer_says_why(action, lines, reason, tmp_path):
         assert outcome.happening is not None
         turns = [move for move in outcome.happening.moves if move.process is not None]  # the schedule has one machine
         assert record_foreseen(outcome, following, properties, header, tmp_path / "r") == len(turns)
+
+
+def test_what_would_happen_is_not_recorded_on_a_full_disk(tmp_path, monkeypatch):
+    reach = Recorder.reach
+
+    def full(recorder):
+        if recorder.used:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        reach(recorder)
+
+    running, following = counter("n = (n + 1) % 9; out = n;"), counter("n = (n + 1) % 9; out = 2;")
+    properties = properties_of("again: G F out == 1")
+    loop = loop_of(code_of(running, properties), 1)
+    loop.go(3)
+    outcome = asked(running, following, "count", properties, loop)
+    header = {"name": "test", "loaded": [["count", "m.yaml", "", False]]}
+    monkeypatch.setattr(Recorder, "reach", full)
+    with pytest.raises(DiagnosticError, match="No space left on device") as raised:
+        record_foreseen(outcome, following, properties, header, tmp_path / "r")
+    assert raised.value.diagnostics[0].code == "E480" and not (tmp_path / "r").exists()
 
 
 LASTING = [
