@@ -56,6 +56,10 @@ def start(kind: str, arrangement: str, name: str, ports: str, said: str, folder:
 
 
 if __name__ == "__main__":
+    for number in signal.valid_signals():  # as at a terminal, however the tests were started
+        if signal.getsignal(number) is signal.SIG_IGN and number not in (signal.SIGPIPE, signal.SIGXFSZ):
+            signal.signal(number, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     pid = 0
     for line in sys.stdin:
         if (asked := json.loads(line)) is None:
