@@ -1,7 +1,6 @@
 """How many random examples a test draws.
 
-All in `make soak`, which sets LLFSM_FRESH. Tests that are not `long`: half of them in `make test`, and a quarter in
-`make check`, which sets LLFSM_QUICK. The long ones: a tenth in `make test-slow`.
+All in `make soak`, which sets LLFSM_FRESH. Elsewhere a quarter of them, and in `long` tests a twentieth.
 """
 
 from __future__ import annotations
@@ -21,13 +20,18 @@ FRESH = os.environ.get("LLFSM_FRESH") == "1"
 
 
 def examples(full: int) -> int:
-    """`full`, or what of it `make test` or `make check` has time for."""
-    return full if FRESH else min(full, max(4, full // (4 if QUICK else 2)))
+    """`full`, or what of it `make test` has time for."""
+    return full if FRESH else min(full, max(4, full // 4))
 
 
 def many(full: int) -> int:
     """`full`, or what of it `make test-slow` has time for."""
-    return full if FRESH else full // 10
+    return full if FRESH else full // 20
+
+
+def share(number: int, of: int) -> bool:
+    """Whether what has this number is tried: all in `make soak`, else one of `of`."""
+    return FRESH or number % of == 0
 
 
 class AtLeast:

@@ -29,11 +29,12 @@ from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.kripke import compiled
 from llfsm_verify.report import replaying, tracefile, updating
 from llfsm_verify.testing.saving import keep_trace
+from tests.quick import examples
 
 FAULTY = "models/traffic_lights/faulty.yaml"
 BOTH = ("-p", "both: G !(ns@GREEN && ew@GREEN)")
 CHANGES = ("os.rename", "os.remove", "os.link", "os.mkdir", "os.chmod", "os.truncate")
-MOST = 24
+MOST = examples(40)
 """Steps of a run that are tried; of longer runs, so many of them at random."""
 SEED = 12
 

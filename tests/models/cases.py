@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from tests.quick import examples
+
 
 @dataclass(frozen=True, slots=True)
 class CaseStudy:
@@ -21,7 +23,7 @@ class CaseStudy:
     smaller: Mapping[str, str] = field(default_factory=dict)
     """What to replace when mutants are tried, where the model itself takes too long for that."""
 
-    walked: int = 150
+    walked: int = examples(320)
     """Configurations of the walk beside the direct interpreter, which tries many values of an input from each."""
 
     @property

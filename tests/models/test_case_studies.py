@@ -26,6 +26,7 @@ from tests.cli.running import llfsm
 from tests.models.cases import CASES, CaseStudy
 from tests.oracle.direct import Direct
 from tests.oracle.lockstep import Lockstep
+from tests.quick import share
 
 TABLE = Path("models/README.md")
 
@@ -114,7 +115,8 @@ def test_no_property_is_true_for_want_of_a_case(case):
 def test_native_and_reference_executor_agree(case):
     """Along random walks of the model and of its faulty versions."""
     chance = random.Random(5)
-    for path in (case.arrangement, *(case.arrangement.with_name(f"{v}.yaml") for v in case.violated)):
+    versions = [version for number, version in enumerate(case.violated) if share(number, 3)]
+    for path in (case.arrangement, *(case.arrangement.with_name(f"{v}.yaml") for v in versions)):
         program = lower(load_arrangement(path))
         compare(program, NativeProgram(program, events=True), [chance.randrange(1 << 16) for _ in range(60)])
 

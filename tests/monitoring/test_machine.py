@@ -26,7 +26,7 @@ from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import state_formulas
 from llfsm_verify.verification.verify import verify
-from tests.quick import examples
+from tests.quick import examples, many
 
 TEMPLATES = (
     "p: G ({0})",
@@ -154,7 +154,7 @@ def test_the_machine_agrees_with_the_automaton_on_its_own_turns(data):
 
 @pytest.mark.long
 @given(st.data())
-@settings(max_examples=examples(120), suppress_health_check=SLOW)
+@settings(max_examples=many(600), suppress_health_check=SLOW)
 def test_the_machine_agrees_with_the_automaton_on_many_arrangements(data):
     agree(data)
 

@@ -24,7 +24,7 @@ from llfsm_verify.logic.rewriting.strengthening import Occurrence, replace_subfo
 from llfsm_verify.testing.formulas import Word, formulas, lassos
 from tests.engines.explicit.graphs import KEYS, graphs, projection
 from tests.oracle.product import Reference
-from tests.quick import examples
+from tests.quick import examples, many
 
 Case = tuple[Graph, list[int]]
 
@@ -107,7 +107,7 @@ def test_findings_are_those_of_the_definition(case: Case, formula: Formula) -> N
 
 
 @pytest.mark.long
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=many(5_000), deadline=None)
 @given(graphs(5, silent=False), formulas(KEYS, max_leaves=6))
 def test_findings_are_those_of_the_definition_at_length(case: Case, formula: Formula) -> None:
     case[0].expanded = len(case[0])

@@ -25,7 +25,7 @@ from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.programs import programs
 from llfsm_verify.testing.properties import atoms
 from tests.backends.tiny import constant, tiny, variable
-from tests.quick import AtLeast, examples, spread
+from tests.quick import AtLeast, examples, many, spread
 
 CHECKS = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much]
 
@@ -155,12 +155,12 @@ def test_random_arrangements() -> None:
 
 @pytest.mark.long
 def test_many_random_programs() -> None:
-    run(120, programs(), stutter=1, fault=6)
+    run(many(1_200), programs(), stutter=1, fault=6)
 
 
 @pytest.mark.long
 def test_many_random_arrangements() -> None:
-    run(120, lowered(), stutter=1, fault=1)
+    run(many(1_200), lowered(), stutter=1, fault=1)
 
 
 def test_numbers_without_bounds_are_no_bit_vectors() -> None:

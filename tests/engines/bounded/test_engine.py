@@ -24,7 +24,7 @@ from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification import harness
 from llfsm_verify.verification.verify import verify
 from tests.checking.problems import problems
-from tests.quick import AtLeast, examples, spread
+from tests.quick import AtLeast, examples, many, spread
 
 DEPTH = 9
 
@@ -95,7 +95,7 @@ def test_random_arrangements() -> None:
 
 @pytest.mark.long
 def test_many_random_arrangements() -> None:
-    run(60, {"violated": 1, "lasso": 1, "fault": 1})
+    run(many(600), {"violated": 1, "lasso": 1, "fault": 1})
 
 
 def test_a_monitor_of_too_many_letters_is_not_written_out():

@@ -198,7 +198,7 @@ def test_killed_many_times(tmp_path: Path) -> None:
     seconds = after.children_user + after.children_system - before.children_user - before.children_system
     saving = [*command, "--checkpoint", str(path), "--checkpoint-every", "0.01", "--resume"]
     generator, killed, saved = random.Random(1), 0, 0
-    rounds = max(16, many(100))
+    rounds = max(8, many(100))
     for _ in range(rounds):
         process = subprocess.Popen(saving, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         wait_for_processor_time(process, generator.uniform(0.6, 1.3) * seconds)

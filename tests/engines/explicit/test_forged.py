@@ -16,7 +16,7 @@ from llfsm_verify.kripke import checkpoint
 from llfsm_verify.kripke.compiled import kernels
 from tests.cli.running import FAULTY, llfsm
 from tests.engines.explicit.forging import NUMBERS, Check, Forged, mutations, write_line
-from tests.quick import many
+from tests.quick import many, share
 
 RING = "never: G !(m0@ON && m1@ON && m2.n == 2)\nback: G (m0@ON -> F m0@OFF)\nalone: G !(m0@ON && m1@ON)\n"
 SINGLE = """\
@@ -70,10 +70,12 @@ def test_sections_of_ones(lights: Check) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("value", [*NUMBERS, True, None, "5", 1.0, [], "x" * 1000])
-def test_every_number(lights: Check, value: object) -> None:
+@pytest.mark.parametrize(("turn", "value"), list(enumerate([*NUMBERS, True, None, "5", 1.0, [], "x" * 1000])))
+def test_every_number(lights: Check, turn: int, value: object) -> None:
     forged = lights.saved()
-    for key, before in forged.header["numbers"].items():
+    for number, (key, before) in enumerate(forged.header["numbers"].items(), turn):
+        if not share(number, 3):
+            continue
         forged.with_number(key, value).write(lights.path)
         found = lights.outcome()
         assert found == "refused" or (type(value) is type(before) and found in ("violated", "unknown")), (key, value)

@@ -14,7 +14,7 @@ from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.verification.verify import verify
 from tests.checking.problems import problems
-from tests.quick import each, examples, spread
+from tests.quick import each, examples, many, spread
 
 EFFORT = 20_000_000
 
@@ -55,5 +55,5 @@ def test_random_arrangements(engine: str) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("engine", ["induction", "pdr"])
 def test_many_random_arrangements(engine: str) -> None:
-    tally = run(engine, 32, "holds", "violated", "liveness")
+    tally = run(engine, many(320), "holds", "violated", "liveness")
     assert tally["unknown"] < tally["holds"] + tally["violated"], tally

@@ -178,7 +178,7 @@ def test_time_is_up() -> None:
 def test_time_is_up_with_a_monitor_of_a_thousand_states(name: str) -> None:
     """Writing it for the solver, and the solver's reading it, took minutes that no limit ended."""
     used = time.process_time()
-    result = check(WAIT, "G (c@BUSY -> F[<=100000ms] c@DONE)", name, timeout=2.0)
+    result = check(WAIT, "G (c@BUSY -> F[<=100000ms] c@DONE)", name, timeout=1.0)
     assert [p.verdict for p in result.properties] == [Verdict.UNKNOWN]
     assert time.process_time() - used < 60
 

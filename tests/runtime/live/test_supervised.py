@@ -162,7 +162,7 @@ def kill_once(folder: Path, number: int, *, process: int, together: bool) -> Non
 @pytest.mark.slow
 @pytest.mark.parametrize(("process", "together"), [(0, True), (0, False), (1, False)])
 def test_a_process_that_is_killed(process: int, together: bool, tmp_path: Path) -> None:
-    for number in range(4):
+    for number in range(many(40)):
         kill_once(tmp_path, number, process=process, together=together)
 
 

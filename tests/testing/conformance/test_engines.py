@@ -7,6 +7,7 @@ import pytest
 from llfsm_verify.registry import Unregistered
 from llfsm_verify.testing.conformance import Outcome, check_engine, engine_cases
 from llfsm_verify.verification.engines import ENGINES, EngineEntry
+from tests.quick import many
 from tests.testing.conformance import wrong
 
 CLAIMS = frozenset({"violations", "proofs", "faults"})
@@ -101,7 +102,7 @@ def test_an_engine_that_nobody_registered_is_named() -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("name", [name for name in ENGINES if name != "all"])
 def test_our_engines_pass(name: str) -> None:
-    assert [o for o in check_engine(name) if not o.passed] == []
+    assert [o for o in check_engine(name, drawn=many(120)) if not o.passed] == []
 
 
 @pytest.mark.slow

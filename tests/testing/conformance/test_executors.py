@@ -11,12 +11,13 @@ from llfsm_verify.backends.native.code import OVERFLOW
 from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.program.program import Program
 from llfsm_verify.testing.conformance import Native, Reference, Step, check_executor, executor_cases
+from tests.quick import examples
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("executor", [Native, Reference])
 def test_our_executors_pass(executor: type) -> None:
-    assert [o for o in check_executor(executor) if not o.passed] == []
+    assert [o for o in check_executor(executor, drawn=examples(40)) if not o.passed] == []
 
 
 class NeverFaults(Reference):
