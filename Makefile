@@ -8,9 +8,10 @@ PYTEST := $(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
 N ?= 200
 SOAK ?= 100
 
-# Tests start Python hundreds of times. Where the environment forbids Python to keep what it compiled, each of these
-# processes would compile the package again.
-test test-slow check soak: export PYTHONDONTWRITEBYTECODE :=
+# Tests start Python hundreds of times, so the package is compiled before. They write no bytecode themselves: where a
+# test limits the size of files, Python would leave parts of files that others read.
+COMPILE := $(BIN)/python -m compileall -q llfsm_verify tests benchmarks tools
+test test-slow check soak: export PYTHONDONTWRITEBYTECODE := 1
 
 .PHONY: verify test test-slow check soak oracles mutants bench bench-executor bench-running docs clean
 .DELETE_ON_ERROR:
@@ -19,9 +20,11 @@ verify: $(VENV)/.verify ## Check the traffic lights
 	$(BIN)/llfsm-verify models/traffic_lights/arrangement.yaml properties/traffic_lights.ltl
 
 test: $(VENV)/.test ## The tests, but for the long ones: ten minutes at most, on two cores
+	$(COMPILE)
 	$(PYTEST) -m "not long"
 
 test-slow: $(VENV)/.test ## The rest: random tests at length, and what takes long
+	$(COMPILE)
 	$(PYTEST) -m long
 
 check: $(VENV)/.check ## Format, lint, types, layers and the fast tests
@@ -29,9 +32,11 @@ check: $(VENV)/.check ## Format, lint, types, layers and the fast tests
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(COMPILE)
 	LLFSM_QUICK=1 $(PYTEST) -m "not slow and not long"
 
 soak: $(VENV)/.test ## Random checks at length, on fresh examples: hours; SOAK=1 is a hundredth, SEED chooses them
+	$(COMPILE)
 	LLFSM_FRESH=1 $(PYTEST) --timeout=0 -o faulthandler_timeout=0
 	$(BIN)/python -m tests.verification.agreeing $(shell expr 10 '*' $(SOAK)) $(or $(SEED),1)
 	$(BIN)/python -m tests.oracle.judging $(shell expr 10 '*' $(SOAK)) $(or $(SEED),1)
