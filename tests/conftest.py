@@ -47,8 +47,12 @@ os.environ.pop("COLUMNS", None)
 
 @pytest.fixture(scope="session", autouse=True)
 def as_at_a_terminal():
-    """pytest, run by our tests, prints a failure a second time in its summary where these are set."""
+    """pytest, run by our tests, prints a failure a second time in its summary where these are set.
+
+    Python, run by our tests, writes no bytecode: where a test limits the size of files, others would read parts of it.
+    """
     with pytest.MonkeyPatch.context() as patched:
+        patched.setenv("PYTHONDONTWRITEBYTECODE", "1")
         for name in ("CI", "BUILD_NUMBER", "PYTEST_ADDOPTS"):
             patched.delenv(name, raising=False)
         yield
