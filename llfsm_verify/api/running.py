@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-import atexit
 import os
 import random
 import select
-import sys
 import threading
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Future
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Literal, Self
 
@@ -58,24 +57,36 @@ class LiveRun:
         self.unmonitored: Mapping[str, str] = how.unmonitored
         """Properties that no finite part of a run decides, and why."""
         self._left = ExitStack()
+        self._thread = threading.Thread(target=self._serve, name="llfsm-serve", daemon=True)
+        self._lock = threading.RLock()
+        """Of all that others see, which another run may take over."""
+        self._ended = threading.Event()
+        self._awaiting: list[Callable[[], object]] = []
+        """To be called when it has ended, by the thread that serves."""
         try:
             self.wrapped, self._shared, self._owner = started(self._left)
+            self._begin()
         except BaseException:
-            self._left.close()
+            if self._thread.ident is None:
+                self._left.close()
+            else:
+                self.stop()  # nobody else can
             raise
+
+    def _begin(self) -> None:
         self._slots = {slot.name: slot for slot in slots_of(self._shared.loop.code)}
         self._report: RunReport | None = None
         self._last: dict[str, Value] | None = None
-        self._lock = threading.RLock()
-        """Of all that others see, which another run may take over."""
         self._changing: Future[tuple[int | str, Sequence[str]]] | None = None
         self._failure: BaseException | None = None
-        self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._serve, name="llfsm-serve", daemon=True)
-        self.wrapped.start(*([] if self._owner is None else [self._owner.follow]), self._follow)
+        _end_with_program()
         _running.add(self)
-        _end_with_process()
-        self._thread.start()
+        try:
+            self._thread.start()
+        except BaseException:
+            if self._thread.ident is None:
+                _running.discard(self)
+            raise
 
     @property
     def _is_own(self) -> bool:
@@ -93,6 +104,7 @@ class LiveRun:
         for one in served:
             poll.register(one.fileno(), select.POLLIN)
         try:
+            self.wrapped.start(*([] if self._owner is None else [self._owner.follow]), self._follow)
             while not self._has_ended():
                 with self._lock:
                     self._shared.posts.forward()
@@ -104,12 +116,17 @@ class LiveRun:
             self._failure = error
         finally:
             with self._lock:
-                self._last = self._now()
-                self._left.close()
+                try:
+                    self._last = self._now()
+                    self._left.close()
+                except BaseException as error:  # noqa: BLE001 - raised where somebody waits
+                    self._failure = self._failure or error
                 self._ended.set()
                 _running.discard(self)
                 if self._changing is not None and not self._changing.done():
                     self._changing.set_result(("the run has ended", ()))
+                for tell in self._awaiting:
+                    tell()
 
     def _has_ended(self) -> bool:
         with self._lock:
@@ -207,7 +224,25 @@ class LiveRun:
         return self._report
 
     def __await__(self) -> Generator[object, None, RunReport]:
-        return asyncio.to_thread(self.wait).__await__()
+        return self._awaited().__await__()
+
+    async def _awaited(self) -> RunReport:
+        """Wait without a thread, which would keep Python from ending."""
+        self._own()
+        loop = asyncio.get_running_loop()
+        ended = asyncio.Event()
+
+        def tell() -> None:
+            with suppress(RuntimeError):  # the event loop is closed, and nobody waits any more
+                loop.call_soon_threadsafe(ended.set)
+
+        with self._lock:
+            if self._ended.is_set():
+                ended.set()
+            else:
+                self._awaiting.append(tell)
+        await ended.wait()
+        return self.wait()
 
     def __enter__(self) -> Self:
         return self
@@ -224,23 +259,23 @@ _running: set[LiveRun] = set()
 
 def _end_all() -> None:
     """Python ends: stop what still runs, and wait until outputs have their safe values."""
-    runs = [run for run in _running if run._is_own]
+    runs = [run for run in list(_running) if run._is_own]
     for run in runs:
         run.stop()
     for run in runs:
-        run.wait()
+        with suppress(Exception):  # of the run, which nobody has waited for
+            run.wait()
 
 
-atexit.register(_end_all)
+@cache
+def _end_with_program() -> None:
+    """Call `_end_all` when the main thread ends, before Python waits for other threads, which may wait for the run.
 
+    These functions are called in the reverse order, and that of `concurrent.futures.thread` waits for its threads.
+    """
+    import concurrent.futures.thread  # noqa: F401
 
-def _end_with_process() -> None:
-    """Call `_end_all` where a process of `multiprocessing` ends as well, which calls nothing of `atexit`."""
-    if "multiprocessing.util" in sys.modules:
-        from multiprocessing import parent_process, util
-
-        if parent_process() is not None:
-            util.Finalize(None, _end_all, exitpriority=0)
+    threading._register_atexit(_end_all)  # type: ignore[attr-defined]
 
 
 def _json(value: Value) -> Json:

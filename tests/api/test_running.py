@@ -156,14 +156,24 @@ machines:
 schedule: [drive]
 """
 FORGETS = """\
-import multiprocessing, sys, time
+import asyncio, multiprocessing, sys, threading, time
+from concurrent.futures import ThreadPoolExecutor
 import llfsm_verify as lv
 
 def main():
     run = lv.load("motors.yaml").run(whiteboard="motors", record="recording", processes=sys.argv[1])
     while run.values().get("motor") != 77:
         time.sleep(0.001)
+    if sys.argv[2] == "waiting":
+        threading.Thread(target=run.wait).start()
+        ThreadPoolExecutor().submit(run.wait)
+    return run
 
+async def awaiting():
+    await asyncio.wait_for(main(), 0.01)
+
+if sys.argv[2] == "awaiting":
+    asyncio.run(awaiting())
 if sys.argv[2] == "child":
     child = multiprocessing.get_context("fork").Process(target=main)
     child.start()
@@ -185,6 +195,8 @@ if sys.argv[2] == "exit":
         ("thread", "exit", 3),
         ("thread", "raise", 1),
         ("thread", "child", 0),
+        ("thread", "waiting", 0),
+        ("thread", "awaiting", 1),
         ("separate", "end", 0),
     ],
 )

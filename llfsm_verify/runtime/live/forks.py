@@ -7,7 +7,10 @@ the socket of a whiteboard would let callers wait for an answer.
 from __future__ import annotations
 
 import os
+import select
+import signal
 import warnings
+from contextlib import suppress
 from itertools import pairwise
 from typing import Protocol
 from weakref import WeakSet
@@ -30,11 +33,67 @@ def keep(one: Kept) -> None:
 
 def _forked() -> None:
     for one in list(_kept):
-        one.let_go()
+        with suppress(OSError):  # it was just about to be closed
+            one.let_go()
     _kept.clear()
 
 
 os.register_at_fork(after_in_child=_forked)
+
+
+class Lifeline:
+    """Tells forked processes that this one has died, or runs another program: the end of a pipe, and of the process.
+
+    A child that is forked where Python does not see it keeps its copy of the pipe, so the pipe alone would not do.
+    """
+
+    def __init__(self) -> None:
+        self._ends, self._held = os.pipe()
+        self._process = os.pidfd_open(os.getpid())
+
+    @property
+    def descriptors(self) -> set[int]:
+        """What a forked process needs of it."""
+        return {self._ends, self._process}
+
+    def wait(self, others: tuple[int, ...] = (), milliseconds: int | None = None) -> set[int]:
+        """In a forked process: wait until it has ended, or one of the others is readable, at most so long; which."""
+        poll = select.poll()
+        for descriptor in (*self.descriptors, *others):
+            poll.register(descriptor, select.POLLIN)
+        return {descriptor for descriptor, _ in poll.poll(milliseconds)}
+
+    def forked(self) -> None:
+        """All processes that need it have been forked."""
+        os.close(self._ends)
+        os.close(self._process)
+
+    def close(self) -> None:
+        """It ends."""
+        os.close(self._held)
+
+
+class Child:
+    """A process that was forked for a run, known by a descriptor: its number may be that of another one later."""
+
+    def __init__(self, pid: int) -> None:
+        self.pid = pid
+        self._process = os.pidfd_open(pid)
+
+    def end(self) -> int:
+        """Kill it, if it lives, and wait for it; the signal that ended it, or 0: none, or nobody here knows."""
+        with suppress(ProcessLookupError):
+            signal.pidfd_send_signal(self._process, signal.SIGKILL)
+        try:
+            ended = os.waitid(os.P_PIDFD, self._process, os.WEXITED)
+        except ChildProcessError:
+            ended = None
+        self.let_go()
+        return ended.si_status if ended is not None and ended.si_code in (os.CLD_KILLED, os.CLD_DUMPED) else 0
+
+    def let_go(self) -> None:
+        """See `Kept`."""
+        os.close(self._process)
 
 
 def fork() -> int:

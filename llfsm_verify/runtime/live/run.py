@@ -10,7 +10,6 @@ import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Self
 
@@ -190,15 +189,15 @@ class Running(ABC):
         own = () if self._shared is None else self._shared.descriptors
         return {*own, *([] if self._recorder is None else [self._recorder.fileno()])}
 
-    def _outlive(self) -> None:
-        """Commit the last frame in a process that was forked for the run, unless it is there already: the process that
-        the run belongs to has died.
+    def _outlive(self, detail: int = signal.SIGKILL) -> None:
+        """Commit the last frame where the loop does not run any more, unless it is there already. In a process that was
+        forked for the run: the process that the run belongs to has died.
         """
         newest = self._newest
         if newest is not None and not newest[ENDING]:
             self.loop.resume(newest)
             self._reach()
-            self.loop.end("died", signal.SIGKILL)
+            self.loop.end("died", detail)
         if self._recorder is not None:
             self._recorder.close()
 
@@ -259,9 +258,9 @@ class Run(Running):
         priority: int | None = None,
     ) -> None:
         super().__init__(loop, recorder, shared=shared, priority=priority)
-        self._lifeline: int | None = None
-        self._guardian = 0
-        """The process that outlives this one; 0: there is none."""
+        self._lifeline: forks.Lifeline | None = None
+        self._guardian: forks.Child | None = None
+        """The process that outlives this one, if there is one."""
         if shared is not None and (loop.code.safe or recorder is not None):
             self._fork()
         self._error: BaseException | None = None
@@ -274,28 +273,30 @@ class Run(Running):
         self._over = False
 
     def _fork(self) -> None:
-        ends, self._lifeline = os.pipe()
+        self._lifeline = forks.Lifeline()
         with signals.held_back():
-            self._guardian = forks.fork()
-            if not self._guardian:
+            pid = forks.fork()
+            if not pid:
                 status = 1
                 try:
                     signals.ignore()
                     signals.released()
-                    forks.close_but({0, 1, 2, ends, *self._kept})
-                    os.read(ends, 1)  # until this process has died, or its parent ends it
+                    forks.close_but({0, 1, 2, *self._lifeline.descriptors, *self._kept})
+                    self._lifeline.wait()  # until this process has died, or ends its child
                     self._outlive()
                     status = 0
                 finally:
                     os._exit(status)
-        os.close(ends)
+        self._guardian = forks.Child(pid)
+        self._lifeline.forked()
         forks.keep(self)
 
     def let_go(self) -> None:
         """See `forks.Kept`."""
-        if self._lifeline is not None:
-            os.close(self._lifeline)
-            self._lifeline = None
+        if self._lifeline is not None and self._guardian is not None:
+            self._lifeline.close()
+            self._guardian.let_go()
+            self._guardian = None
 
     def start(self) -> None:
         """Let it run."""
@@ -329,11 +330,10 @@ class Run(Running):
             self._thread.join()
         self._over = True
         os.close(self._news)
-        if self._guardian:
-            os.kill(self._guardian, signal.SIGKILL)
-            with suppress(ChildProcessError):  # a program that ignores SIGCHLD has no children to wait for
-                os.waitpid(self._guardian, 0)
-        self.let_go()
+        if self._lifeline is not None and self._guardian is not None:
+            self._guardian.end()
+            self._guardian = None
+            self._lifeline.close()
 
     def __enter__(self) -> Self:
         return self

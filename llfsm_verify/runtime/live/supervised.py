@@ -12,7 +12,6 @@ from __future__ import annotations
 import json
 import os
 import select
-import signal
 import sys
 import threading
 import time
@@ -56,21 +55,22 @@ class Supervised(Running):
         count = 1 if together else len(loop.code.program.processes)
         self._mine = [-1] if count == 1 else list(range(count))
         self._tokens = [os.pipe() for _ in range(count)]
-        self._lifeline = os.pipe()
+        self._lifeline = forks.Lifeline()
         self._ended = False
-        self._reports: dict[int, int] = {}
+        self._reports: dict[int, forks.Child] = {}
         self._ends = select.epoll()
         with signals.held_back():
             for number in range(count):
                 self._fork(number)
-        os.close(self._lifeline[0])
+        self._lifeline.forked()
         forks.keep(self)
 
     def let_go(self) -> None:
         """See `forks.Kept`."""
         if not self._ended:
-            for hears in self._reports:
+            for hears, child in self._reports.items():
                 os.close(hears)
+                child.let_go()
             self._close()
 
     def _fork(self, number: int) -> None:
@@ -84,7 +84,7 @@ class Supervised(Running):
                 signals.ignore()
                 signals.released()
                 ends = {end for pipe in self._tokens for end in pipe}
-                forks.close_but({0, 1, 2, self._lifeline[0], says, *ends, *self._kept})
+                forks.close_but({0, 1, 2, *self._lifeline.descriptors, says, *ends, *self._kept})
                 self._say(says, self._work(number, says))
                 self._outlive()
                 status = 0
@@ -94,13 +94,13 @@ class Supervised(Running):
             finally:
                 os._exit(status)
         os.close(says)
-        self._reports[hears] = pid
+        self._reports[hears] = forks.Child(pid)
         self._ends.register(hears, select.EPOLLIN)
 
     @property
     def pids(self) -> list[int]:
         """The processes of the run."""
-        return list(self._reports.values())
+        return [child.pid for child in self._reports.values()]
 
     def fileno(self) -> int:
         """Readable when `wait` has something to do."""
@@ -116,10 +116,11 @@ class Supervised(Running):
         """Turns, as long as there are any for this process. What the supervisor is told; None: it has died."""
         threading.Thread(target=self._wait_for_death, daemon=True).start()
         self._prepared()
-        reason = control.HANDED
+        reason, paused = control.HANDED, False
         while reason == control.HANDED:
-            if not self._has_token(number):
+            if not self._has_token(number, 0 if paused else LAST_TOKEN * (1 + number)):
                 return None
+            paused = False
             self.loop.told[control.MINE] = self._mine[number]
             self._reach()
             if not self.loop.number:
@@ -133,7 +134,7 @@ class Supervised(Running):
                 os.write(self._tokens[self.loop.told[control.NEXT]][1], b"t")
             elif self._has_paused(reason):
                 os.write(says, json.dumps({"paused": number, **self._news(reason)}).encode() + b"\n")
-                reason = control.HANDED
+                reason, paused = control.HANDED, True
         return self._news(reason)
 
     def _news(self, reason: int) -> dict[str, object]:
@@ -146,22 +147,18 @@ class Supervised(Running):
         if told is not None:
             with suppress(BrokenPipeError):
                 os.write(says, json.dumps(told).encode() + b"\n")
-            os.read(self._lifeline[0], 1)  # until the supervisor has ended the run and this process, or has died
+            self._lifeline.wait()  # until the supervisor has ended the run and this process, or has died
 
-    def _has_token(self, number: int) -> bool:
-        """Wait for the token; False: the supervisor has died, and nobody gives it any more."""
-        token, lifeline = self._tokens[number][0], self._lifeline[0]
-        poll = select.poll()
-        poll.register(token, select.POLLIN)
-        poll.register(lifeline, select.POLLIN)
-        ready = dict(poll.poll())
+    def _has_token(self, number: int, milliseconds: int) -> bool:
+        """Wait for the token, at most so long after the supervisor has died; False: nobody gives it any more."""
+        token = self._tokens[number][0]
+        ready = self._lifeline.wait((token,))
         if token not in ready:
-            poll.unregister(lifeline)
-            ready = dict(poll.poll(LAST_TOKEN * (1 + number)))
+            ready = {descriptor for descriptor, _ in _readable(token, milliseconds)}
         return token in ready and bool(os.read(token, 1))
 
     def _wait_for_death(self) -> None:
-        os.read(self._lifeline[0], 1)
+        self._lifeline.wait()
         self.loop.stop()
 
     # ------------------------------------------------------------ in the supervisor
@@ -188,10 +185,9 @@ class Supervised(Running):
         while not said.endswith(b"\n") and (more := os.read(hears, 1 << 16)):
             said += more
         if not said.endswith(b"\n"):
-            _, status = os.waitpid(self._reports.pop(hears), 0)
+            ending = "died", self._reports.pop(hears).end()
             os.close(hears)
             self._kill()
-            ending = "died", os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0
             self.loop.resume(self._newest)
         else:
             told = json.loads(said)
@@ -214,9 +210,8 @@ class Supervised(Running):
 
     def _kill(self) -> None:
         """End the processes that are left, and whatever held them together."""
-        for hears, pid in self._reports.items():
-            os.kill(pid, signal.SIGKILL)
-            os.waitpid(pid, 0)
+        for hears, child in self._reports.items():
+            child.end()
             os.close(hears)
         self._reports.clear()
         if not self._ended:
@@ -225,7 +220,7 @@ class Supervised(Running):
     def _close(self) -> None:
         self._ended = True
         self._ends.close()
-        os.close(self._lifeline[1])
+        self._lifeline.close()
         for ends in self._tokens:
             for end in ends:
                 os.close(end)
@@ -234,8 +229,13 @@ class Supervised(Running):
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Ends what still runs, without a last frame: something went wrong here."""
+        """Ends what still runs, with a last frame if there was one: something went wrong here."""
         if not self._ended:
             self._kill()
-            if self._recorder is not None:
-                self._recorder.close()
+            self._outlive(0)
+
+
+def _readable(descriptor: int, milliseconds: int) -> list[tuple[int, int]]:
+    poll = select.poll()
+    poll.register(descriptor, select.POLLIN)
+    return poll.poll(milliseconds)

@@ -331,24 +331,24 @@ class Succession:
         assert self._draft is not None
         self._earlier = (*self._earlier, (self._draft, following.asked.loaded.machine))
         self._draft, self.arrangement = following.draft, following.arrangement
-        following.asked.answer(self._first, following.asked.notes)
-        following.shared.posts.adopt(self.shared.posts)  # with what was posted since the pause
-        for follow in self._followers:
-            follow(following.shared)
-        self._left.close()
-        before, self.shared = self.shared, following.shared
         self._remember(self._run.report)
-        before.close()
-        self._run, self._left = following.run, following.left
+        before, left = self.shared, self._left
+        # What fails from here on leaves the run that goes on to `close`.
+        self.shared, self._run, self._left = following.shared, following.run, following.left
         if self._stopped is not None:
             self._run.stop(self._stopped)
+        with closing(before), left:
+            following.asked.answer(self._first, following.asked.notes)
+            following.shared.posts.adopt(before.posts)  # with what was posted since the pause
+            for follow in self._followers:
+                follow(following.shared)
 
     def _remember(self, report: RunReport) -> None:
         self._unrecorded = self._unrecorded or report.unrecorded
         self._missing += report.frames - report.recorded
 
     def close(self) -> None:
-        """End what still runs, without a last frame: something went wrong."""
+        """End what still runs: something went wrong."""
         if self._asked is not None:
             self._asked.close()
             self._given_up.append(self._asked.thread)

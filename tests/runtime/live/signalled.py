@@ -28,6 +28,7 @@ def run(kind: str, arrangement: str, name: str, ports: str) -> int:
         return cli.main(["run", arrangement, "--whiteboard", name, "--ports", ports])
     processes = cast(Literal["thread", "separate"], kind)
     with lv.load(arrangement).run(whiteboard=name, processes=processes):
+        print("begun", flush=True)
         while True:
             time.sleep(1)
 

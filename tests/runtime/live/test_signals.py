@@ -151,7 +151,8 @@ def start(
                 time.sleep(0.01)
         one = Started(pid, board, tmp_path / "said", pipe, ended)
         found[pid] = one
-        wait(lambda: board.view().values["motor"] == 77 and (kind != "command" or 77 in one.sent()))
+        wait(lambda: board.view().values["motor"] == 77)
+        wait(lambda: 77 in one.sent() if kind == "command" else "begun" in one.said.read_text())
         return one
 
     try:

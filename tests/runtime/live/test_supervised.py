@@ -246,7 +246,7 @@ def test_a_child_does_not_keep_the_loop_going() -> None:
     """Of a process that the user's program forks, no descriptor is left by which the loop knows its supervisor."""
     with running(several(), together=True, period=1_000_000) as (run, _):
         run.start()
-        own = {run._lifeline[1], *run._reports}
+        own = {run._lifeline._held, *run._reports}
         child = os.fork()
         if not child:
             left = 99
