@@ -10,6 +10,7 @@ import os
 import platform
 import resource
 import select
+import signal
 import socket
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -601,6 +602,46 @@ def test_what_nobody_asks_for_takes_no_descriptors() -> None:
             return len(os.listdir("/proc/self/fd")) - before  # noqa: PTH208 - numbers
 
     assert [taken(PLAIN, served=True), taken(PLAIN, served=False), taken(OPERATED, served=True)] == [2 + LENT, 2, 2]
+
+
+def test_a_signal_does_not_end_a_call() -> None:
+    """Several come while the caller waits; it goes on with what is left of its time."""
+    before, over, woken = signal.getsignal(signal.SIGUSR1), threading.Event(), 0
+    main = threading.main_thread().ident
+    assert main is not None
+
+    def disturb() -> None:
+        while not over.wait(0.001):
+            signal.pthread_kill(main, signal.SIGUSR1)
+
+    def handle(*_: object) -> None:
+        nonlocal woken
+        woken += 1
+        if makes_room and woken > FEW:
+            with suppress(BlockingIOError):
+                server.accept()[0].close()
+
+    with socket.socket(socket.AF_UNIX) as server, ExitStack() as calls:
+        server.bind(str(socket_path("board")))
+        server.listen(0)
+        server.setblocking(False)
+        with suppress(BlockingIOError):
+            while True:
+                calls.enter_context(connected())
+        makes_room = False
+        signal.signal(signal.SIGUSR1, handle)
+        thread = threading.Thread(target=disturb)
+        thread.start()
+        try:
+            with pytest.raises(WhiteboardError, match="too many processes call the whiteboard"):
+                called("board", 0.02)
+            woken, makes_room = 0, True
+            called("board", None).close()
+            assert woken > FEW
+        finally:
+            over.set()
+            thread.join()
+            signal.signal(signal.SIGUSR1, before)
 
 
 def test_a_caller_waits_until_there_is_room() -> None:
