@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import pty
 import select
@@ -9,8 +10,10 @@ import signal
 import socket
 import subprocess
 import sys
+import termios
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TextIO
 
@@ -40,24 +43,26 @@ ports:
 """
 
 
-def fill(descriptor: int) -> None:
-    """Write until nothing can be written any more."""
+def fill(descriptor: int, most: int) -> None:
+    """Write until nothing can be written any more, or so many bytes."""
     os.set_blocking(descriptor, False)
     try:
-        while True:
-            os.write(descriptor, b"." * 512)
+        while most > 0:
+            most -= os.write(descriptor, b"." * min(most, 512))
     except BlockingIOError:
-        os.set_blocking(descriptor, True)
+        pass
+    os.set_blocking(descriptor, True)
 
 
-def stream(kind: str) -> tuple[TextIO, int]:
-    """One that is full, and the descriptor by which it is read."""
+def stream(kind: str, most: int = 1 << 24) -> tuple[TextIO, int]:
+    """One that is full, or has so many bytes, and the descriptor by which it is read."""
     if kind == "socket":
         ours, theirs = socket.socketpair()
+        theirs.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1)  # as small as can be
         reads, writes = ours.detach(), theirs.detach()
     else:
         reads, writes = os.pipe() if kind == "pipe" else pty.openpty()
-    fill(writes)
+    fill(writes, most)
     return open(writes, "w"), reads
 
 
@@ -69,18 +74,60 @@ def taken(reads: int) -> bytes:
     return data
 
 
+@contextmanager
+def of_another_user(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """The descriptions behind descriptors cannot be opened again."""
+
+    def refuse(path: object, *_: object) -> int:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(unhurried.os, "open", refuse)
+        yield
+
+
+@pytest.mark.parametrize("own", [True, False])
 @pytest.mark.parametrize("kind", ["pipe", "terminal", "socket"])
-def test_what_cannot_be_written_waits(kind: str) -> None:
+def test_what_cannot_be_written_waits(kind: str, own: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     said, reads = stream(kind)
-    with said, Unhurried(said) as out:
+    if kind == "terminal":  # the kernel may pass on later what fills it
+        termios.tcflow(said, termios.TCOOFF)
+    with said, nullcontext() if own else of_another_user(monkeypatch), Unhurried(said) as out:
         before = os.get_blocking(said.fileno())
         print("first", file=out)
         print("second ü", file=out)
         assert out.waits and b"first" not in taken(reads)
-        out.flush()
-        assert taken(reads).replace(b"\r", b"") == "first\nsecond ü\n".encode() and not out.waits
+        if kind == "terminal":
+            termios.tcflow(said, termios.TCOON)
+        found = b""
+        while not found.endswith("first\nsecond ü\n".encode()):
+            out.flush()
+            found += taken(reads).replace(b"\r", b"")
+        assert not found.strip(b".").removeprefix("first\nsecond ü\n".encode()) and not out.waits
         assert os.get_blocking(said.fileno()) == before  # others have the same stream
     os.close(reads)
+
+
+@pytest.mark.parametrize("filled", [0, 97, 400, 4000, 4200, 7600, 7900, 8100, 8191, 1 << 17])
+@pytest.mark.parametrize("kind", ["pipe", "terminal", "socket"])
+def test_what_is_written_is_taken_at_once(kind: str, filled: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However full the pipe, the terminal or the socket of another user is."""
+    said, reads = stream(kind, filled)
+    os.set_blocking(said.fileno(), False)  # a write that would wait writes less
+    pieces, real = list[tuple[int, int]](), os.write
+
+    def write(to: int, data: bytes) -> int:
+        pieces.append((-1, len(data)))
+        pieces[-1] = (real(to, data), len(data))
+        return pieces[-1][0]
+
+    monkeypatch.setattr(unhurried, "LAST", 0.0)
+    with said, of_another_user(monkeypatch), Unhurried(said) as out:
+        monkeypatch.setattr(unhurried.os, "write", write)
+        out.write("\nabcdefghijklmnopqrstuvw\n\n\tx" * 5000)
+    os.close(reads)
+    assert all(sent == asked for sent, asked in pieces)
+    assert pieces or filled
 
 
 def test_what_is_too_much_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:

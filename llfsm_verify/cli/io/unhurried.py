@@ -9,7 +9,6 @@ from __future__ import annotations
 import io
 import os
 import select
-import socket
 import stat
 import sys
 import time
@@ -19,30 +18,41 @@ from typing import TextIO, cast
 
 MOST_WAITING = 1 << 18
 """Bytes that wait until they can be written; what comes then is left out."""
+PIECE, SOCKET_PIECE, TERMINAL_PIECE = select.PIPE_BUF, 1024, 1
+"""Bytes that a pipe, a socket with the least buffer, and a terminal take at once when `poll` says that they take some.
+Of a terminal's last 256 bytes a line may take all at once.
+"""
 LAST = 1.0
 """Seconds in which what waits at the end must be taken."""
 
 
 class Unhurried(io.TextIOBase):
-    """Writes to the file of a stream, as far as that can be done at once; the rest waits for the next call.
+    """Writes to the terminal, pipe or socket of a stream, as far as that can be done at once; the rest waits for the
+    next call. All else (files, streams without a descriptor) is written at once.
 
-    Files are always written at once, and so are streams without a descriptor.
+    It writes to a description of its own, in which no write waits, where it can be opened: that of a socket cannot, nor
+    that of a terminal or a pipe of another user. To the stream's own it writes so little at a time that this is done at
+    once, unless somebody else fills it, or stops the terminal, in the very moment.
     """
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
-        self._waiting = b""
-        self._own: int | None = None
-        """A description of its own of the same terminal or pipe, in which no write waits."""
-        self._socket: socket.socket | None = None
+        self._waiting = bytearray()
+        self._to = self._own = -1
+        self._piece = PIECE
+        self._poll = select.poll()
         with suppress(OSError, ValueError):
             descriptor = stream.fileno()
             kind = os.fstat(descriptor).st_mode
-            if stat.S_ISSOCK(kind):
-                self._socket = socket.socket(fileno=os.dup(descriptor))
-            elif stat.S_ISFIFO(kind) or os.isatty(descriptor):
+            if not (stat.S_ISFIFO(kind) or stat.S_ISSOCK(kind) or os.isatty(descriptor)):
+                return
+            self._to = descriptor
+            self._piece = PIECE if stat.S_ISFIFO(kind) else SOCKET_PIECE if stat.S_ISSOCK(kind) else TERMINAL_PIECE
+            with suppress(OSError):
                 flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
-                self._own = os.open(f"/proc/self/fd/{descriptor}", flags)
+                self._to = self._own = os.open(f"/proc/self/fd/{descriptor}", flags)
+                self._piece = PIECE
+            self._poll.register(self._to, select.POLLOUT)
 
     @property
     def encoding(self) -> str:  # type: ignore[override]
@@ -59,7 +69,7 @@ class Unhurried(io.TextIOBase):
 
     def write(self, text: str) -> int:
         """Write now what can be written, and keep the rest."""
-        if self._own is None and self._socket is None:
+        if self._to < 0:
             self._stream.write(text)
             self._stream.flush()
         elif len(self._waiting) < MOST_WAITING:
@@ -70,18 +80,12 @@ class Unhurried(io.TextIOBase):
     def flush(self) -> None:
         """Write what waits, as far as that can be done now; what nobody can read any more is left out."""
         try:
-            while self._waiting:
-                if self._socket is not None:
-                    sent = self._socket.send(self._waiting, socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
-                elif self._own is not None:
-                    sent = os.write(self._own, self._waiting)
-                else:
-                    sent = len(self._waiting)  # it is closed
-                self._waiting = self._waiting[sent:]
+            while self._waiting and self._poll.poll(0):
+                del self._waiting[: os.write(self._to, self._waiting[: self._piece])]
         except BlockingIOError:
             pass
         except OSError:
-            self._waiting = b""
+            self._waiting.clear()
 
     @property
     def waits(self) -> bool:
@@ -93,15 +97,12 @@ class Unhurried(io.TextIOBase):
         until = time.monotonic() + LAST
         self.flush()
         while self._waiting and (left := until - time.monotonic()) > 0:
-            select.select([], [self._stream], [], left)
+            self._poll.poll(1000 * left)
             self.flush()
-        self._waiting = b""
-        if self._own is not None:
+        self._waiting.clear()
+        if self._own >= 0:
             os.close(self._own)
-            self._own = None
-        if self._socket is not None:
-            self._socket.close()
-            self._socket = None
+        self._to = self._own = -1
         super().close()
 
 

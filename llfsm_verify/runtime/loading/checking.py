@@ -38,7 +38,8 @@ class Finding:
 
 class Check:
     """A check that is under way. `work` is done in another process. Where this one has other threads when it is made,
-    one of them may hold a lock that the check wants: it is then ended when its time is over.
+    one of them may hold a lock that the check wants: it is then ended when its time is over. OSError: there is no
+    descriptor or process left for it.
     """
 
     def __init__(self, work: Callable[[], Finding], limits: Limits) -> None:
@@ -47,7 +48,11 @@ class Check:
         self._limits = limits
         self._answer: Finding | None = None
         supervisor = os.getpid()
-        self._pid = fork()
+        try:
+            self._pid = fork()
+        except OSError:
+            os.close(self._file)
+            raise
         if not self._pid:
             try:
                 _settle(supervisor)

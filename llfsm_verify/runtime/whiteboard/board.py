@@ -29,6 +29,10 @@ SECONDS: float | None = 5.0
 """How long an owner may take to answer."""
 CREDENTIALS = struct.Struct("3i")
 """What the system says of who is at the other end: process, user, group."""
+NOBODY = -1
+"""The user where there is no other end."""
+SHORTEST = 0.001
+"""Seconds of waiting for a connection."""
 MOMENT = 0.001
 """Seconds between two looks for a first frame."""
 MOST_BYTES = 1 << 24
@@ -429,15 +433,21 @@ def called(name: str, seconds: float | None = 0) -> socket.socket:
     """
     path, user = location(name)
     connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    until = None if seconds is None else time.monotonic() + seconds
+    served_by = NOBODY
     try:
-        if seconds != 0:  # Python's own limit is none for sockets of this kind
-            limit = struct.pack("ll", *divmod(int(1e6 * (seconds or 0)), 1_000_000))
-            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, limit)
         connection.setblocking(seconds != 0)
-        connection.connect(str(path))
-        _, served_by, _ = CREDENTIALS.unpack(
-            connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, CREDENTIALS.size)
-        )
+        while served_by == NOBODY:  # a signal ends the waiting, and Python takes that for a connection
+            if seconds != 0:  # Python's own limit is none for sockets of this kind
+                left = 0.0 if until is None else max(until - time.monotonic(), SHORTEST)
+                limit = struct.pack("ll", *divmod(int(1e6 * left), 1_000_000))
+                connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, limit)
+            connection.connect(str(path))
+            _, served_by, _ = CREDENTIALS.unpack(
+                connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, CREDENTIALS.size)
+            )
+            if served_by == NOBODY and until is not None and time.monotonic() >= until:
+                raise BlockingIOError
         if served_by != user:
             raise WhiteboardError(f"`{name}` is served by user {served_by}, and its folder is of user {user}")
     except BlockingIOError:

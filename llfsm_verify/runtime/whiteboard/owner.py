@@ -120,6 +120,8 @@ class Owner:
         self._fed = fed
         self._name = name
         self._changing: Changing | None = None
+        self._loading = False
+        """A client's machine or policy is on its way into the run."""
         self._greeting = self._greet()
         self._owners: dict[str, Client] = {}
         self._clients: dict[int, Client] = {}
@@ -185,7 +187,10 @@ class Owner:
         """Another run goes on: clients are sent away. Those that call again get its frames, if its policy allows it."""
         if self._changing is not None:
             self._permissions = Permissions.of(self._changing.arrangement)
-            self._admit()
+            try:
+                self._admit()
+            except OSError as error:  # its name or its folder is gone; who is connected is asked for permission anyway
+                self._say(f"{self._path}: who may connect cannot be changed: {error.strerror}")
         self._send_all_away("the arrangement was changed before the command came: send it again")
         self._lent.clear()
         self._shared = shared
@@ -277,9 +282,11 @@ class Owner:
         try:
             connection, _ = self._listening.accept()
             _leave(connection, "the run has no descriptor left for another connection")
-            self._spare = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
         except OSError:
             time.sleep(PROMPT)
+        finally:
+            with suppress(OSError):  # another process of the system, or a thread of this one, was faster
+                self._spare = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
 
     def _close_spare(self) -> None:
         if self._spare >= 0:
@@ -297,6 +304,11 @@ class Owner:
             _leave(connection, why)
             return
         try:
+            self._epoll.register(connection, 0)
+        except OSError as error:  # the system waits for no more descriptors of a user
+            _leave(connection, f"there is no room for another connection: {error.strerror}")
+            return
+        try:
             # The descriptor travels with the first byte; a description of many slots may take more than one piece.
             sent = socket.send_fds(connection, [self._greeting], [self._shared.segment.descriptor])
         except OSError:
@@ -304,7 +316,6 @@ class Owner:
             return
         client.answers += self._greeting[sent:]
         self._clients[connection.fileno()] = client
-        self._epoll.register(connection, 0)
         self._await(client)
 
     def _no_room(self, client: Client) -> str | None:
@@ -444,8 +455,7 @@ class Owner:
         for name in names:
             self._available(client, name)
         self._may_hold(client, PIECES.lacks(client, self._lent))
-        self._logged("lend", client, inputs=list(names))
-        segment = self._shared.posts.lend(names)
+        segment = self._shared.posts.lend(names, lambda: self._logged("lend", client, inputs=list(names)))
         client.lent.append(segment)
         self._lent.append((client.uid, client.rank))
         client.descriptors.append(segment.descriptor)
@@ -480,14 +490,15 @@ class Owner:
         if denial is not None:
             raise Refused(denial)
 
-        self._logged("command", client, kind=kind, target=target, value=value)
+        def granted() -> None:
+            self._logged("command", client, kind=kind, target=target, value=value)
 
         def taken(frame: int) -> None:
             self._note("taken", client, kind=kind, target=target, frame=frame)
             self._answer_late(client, {"ok": True, "frame": frame})
 
         with _commanding(client):
-            self._shared.posts.command(kind, target, value, taken=taken)
+            self._shared.posts.command(kind, target, value, taken=taken, granted=granted)
 
     def _change(self, client: Client, change: Change, *, unchecked: bool = False) -> None:
         kind, facts, asked = POLICY, dict[str, Json](), f"policy {change.name}"
@@ -501,8 +512,15 @@ class Owner:
         changing = self._changing
         if changing is None:
             raise Refused("this run keeps the machines and the policy that it has")
+        replaceable = [operator.target for operator in changing.arrangement.replaceable]
+        if isinstance(change, Replacement) and change.machine not in replaceable:
+            offered = ", ".join(replaceable) or "nothing"
+            raise Refused(f"`operators:` does not declare replace of `{change.machine[:60]}`, only {offered}")
+        if self._loading:
+            raise Refused("another machine or policy is already being loaded into this run")
 
         def answered(outcome: int | str, notes: Sequence[str]) -> None:
+            self._loading = False
             if isinstance(outcome, str):
                 self._refused(client, outcome, asked)
                 self._answer_late(client, {"error": "; ".join((outcome, *notes))})
@@ -514,7 +532,13 @@ class Owner:
         digest = sha256(change.text.encode("utf-8", "surrogatepass")).hexdigest()
         self._logged(kind, client, **facts, file=change.name, sha256=digest, unchecked=unchecked)
         with _commanding(client):
-            changing.ask(change, answered, unchecked)
+            try:
+                changing.ask(change, answered, unchecked)
+            except OSError as error:
+                raise Refused(f"it cannot be checked: {error.strerror or error}") from None
+            except RuntimeError as error:  # there is no room for another thread
+                raise Refused(f"it cannot be checked: {error}") from None
+            self._loading = True
 
     def _answer_late(self, client: Client, answer: dict[str, Json]) -> None:
         """Answer its command; the requests that waited for that have their turn."""

@@ -98,17 +98,18 @@ class Posts:
                 self._frame[word + 1] += 1
             self._publish()
 
-    def lend(self, names: Sequence[str]) -> Segment:
+    def lend(self, names: Sequence[str], granted: Callable[[], None] = lambda: None) -> Segment:
         """Memory for a writer of its own, of these inputs; its frames are those of this module without commands.
 
-        Refused: there is no such input, it has a writer of its own already, or no memory is left to lend.
+        `granted` is called before it has an effect. Refused: `granted` says so, there is no such input, it has a writer
+        of its own already, or no memory is left to lend.
         """
         for name in names:
             if name not in self._inputs:
                 raise Refused(f"there is no input `{name[:60]}`, only {', '.join(self._inputs) or 'none at all'}")
             self._free(name)
         with self._lock:
-            segment, copy = self._writers.lend()
+            segment, copy = self._writers.lend(granted)
             for name in names:
                 word, _ = self._inputs[name]
                 self._lent[name] = segment
@@ -152,15 +153,25 @@ class Posts:
         if name in self._lent:
             raise Refused(f"`{name}` belongs to a writer with memory of its own")
 
-    def command(self, kind: str, target: str, value: Json = None, *, taken: Callable[[int], None]) -> None:
+    def command(
+        self,
+        kind: str,
+        target: str,
+        value: Json = None,
+        *,
+        taken: Callable[[int], None],
+        granted: Callable[[], None] = lambda: None,
+    ) -> None:
         """Let an operator's command come at the beginning of a cycle, after all that were given before.
 
-        `taken` is called by a later `forward` with the number of the frame at the end of that cycle. Refused:
-        `operators:` does not declare it, or there is no such value.
+        `granted` is called before it has an effect, and `taken` by a later `forward` with the number of the frame at
+        the end of that cycle. Refused: `granted` says so, `operators:` does not declare it, there is no such value, or
+        too many commands wait.
         """
         number, value_number, given = operated(self._choices, kind, target, value)
         if len(self._waiting) >= MOST_COMMANDS:
             raise Refused(f"{MOST_COMMANDS} commands are waiting already")
+        granted()
         with self._lock:
             self._waiting.append(_Command(number, value_number, given, taken))
             self.forward()

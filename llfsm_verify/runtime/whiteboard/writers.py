@@ -7,6 +7,7 @@ it without asking anybody. Such a segment is lent once: who had it can still wri
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
 
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.loop import Loop
@@ -50,11 +51,14 @@ class Writers:
         store(row, self._rows, number * ROW_WORDS)
         self._loop.told[control.WRITER_COUNT] = number + 1
 
-    def lend(self) -> tuple[Segment, ctypes.Array[ctypes.c_int64]]:
-        """A segment that nobody has had, and where the loop copies it to. Refused: all were lent."""
+    def lend(self, granted: Callable[[], None]) -> tuple[Segment, ctypes.Array[ctypes.c_int64]]:
+        """A segment that nobody has had, and where the loop copies it to. `granted` is called before the loop reads it.
+        Refused: all were lent, or `granted` says so.
+        """
         number = self._loop.told[control.WRITER_COUNT] - 1
         if number >= len(self._segments):
             raise Refused(f"{LENT} writers have had memory of their own in this run, and there is no more")
+        granted()
         self.add(self._segments[number].address, self._copies[number])
         return self._segments[number], self._copies[number]
 

@@ -32,7 +32,7 @@ from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.preparing import starting_values
 from llfsm_verify.runtime.live.run import Run
 from llfsm_verify.runtime.whiteboard import board as board_of_others
-from llfsm_verify.runtime.whiteboard import generations, segment
+from llfsm_verify.runtime.whiteboard import generations, segment, sparing
 from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.clients import CONNECTIONS, PIECE
 from llfsm_verify.runtime.whiteboard.generations import segment_words
@@ -420,8 +420,9 @@ def test_commands_of_two_clients_are_all_taken() -> None:
 
 
 @pytest.mark.slow
-def test_a_hostile_client_spoils_nothing(tmp_path: Path) -> None:
+def test_a_hostile_client_spoils_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     refused: list[str] = []
+    monkeypatch.setattr(sparing, "INTERVAL", 1e9)
     log = AuditLog(tmp_path / "log")
     with served(build_arrangement(OPERATED), refused=refused, audit=log), Whiteboard("board") as board:
         with closing(Raw()) as client:
@@ -586,6 +587,7 @@ def test_the_kernel_refuses_others() -> None:
 def test_what_is_asked_is_logged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also what is refused, and who asks for too much is sent away."""
     document = {**KINDS, "operators": {"suspend": ["m"]}}
+    monkeypatch.setattr(sparing, "INTERVAL", 1e9)
     log = AuditLog(tmp_path / "log")
     with served(build_arrangement(document), audit=log):
         with Whiteboard("board") as board:
@@ -608,11 +610,11 @@ def test_what_is_asked_is_logged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert verify(tmp_path / "log").last == log.last
     lines = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
     assert all(line["uid"] == os.getuid() and line["pid"] == os.getpid() for line in lines[:-1])
-    told = [(line["what"], line.get("kind", line.get("inputs"))) for line in lines[:4]]
-    assert told == [("posts", ["go"]), ("command", "suspend"), ("taken", "suspend"), ("command", "unload")]
-    assert lines[2]["frame"] == frame and "does not declare unload" in lines[4]["why"]
+    told = [(line["what"], line.get("kind", line.get("inputs"))) for line in lines[:3]]
+    assert told == [("posts", ["go"]), ("command", "suspend"), ("taken", "suspend")]
+    assert lines[2]["frame"] == frame and "does not declare unload" in lines[3]["why"]
     more = {"user": user_name(os.getuid()), "more": MOST_REFUSALS + 4 - FIRST}
-    assert len(lines) == 4 + FIRST + 1 and lines[-1] == {**lines[-1], "what": "refused", **more}
+    assert len(lines) == 3 + FIRST + 1 and lines[-1] == {**lines[-1], "what": "refused", **more}
 
 
 def test_what_is_closed_is_not_touched() -> None:

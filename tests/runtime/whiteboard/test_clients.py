@@ -9,10 +9,13 @@ import json
 import os
 import platform
 import resource
+import select
+import signal
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
+from errno import EAGAIN, EMFILE, ENFILE, ENOMEM, ENOSPC
 from functools import cache
 from pathlib import Path
 
@@ -20,10 +23,14 @@ import pytest
 
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.replacing import Change
+from llfsm_verify.limits import Limits
 from llfsm_verify.runtime.audit import ENDED, AuditLog, verify
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.preparing import starting_values
+from llfsm_verify.runtime.loading import checking
+from llfsm_verify.runtime.loading.checking import Check, Finding
 from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError, called
 from llfsm_verify.runtime.whiteboard.clients import CONNECTIONS, PIECES, SUBSCRIPTIONS
 from llfsm_verify.runtime.whiteboard.owner import CALLS, FEW, KEPT_BYTES, STRANGERS, Owner, Taken
@@ -273,8 +280,148 @@ def test_refusals_do_not_fill_the_audit_log(tmp_path: Path, monkeypatch: pytest.
     lines = [json.loads(line) for line in log.path.read_text().splitlines()]
     told = [(line["what"], line["user"], line["more"]) for line in lines if "more" in line]
     assert sorted(told) == [("posts", "daemon", 2 * FIRST), ("refused", "root", 1), ("refused", STRANGERS, 2 * FIRST)]
-    assert len(lines) == 2 * FIRST + 3 + 3
+    assert len(lines) == 2 * FIRST + 2 + 3
     assert said[FIRST:] == [f"{STRANGERS}: {2 * FIRST} more", "root: 1 more"]
+
+
+def say(owner: Owner, client: socket.socket, *requests: object) -> list[dict[str, object]]:
+    """What is answered to these at once."""
+    client.sendall(b"".join(json.dumps(request).encode() + b"\n" for request in requests))
+    for _ in range(2):
+        owner.serve(0)
+    return heard(client)
+
+
+class Changeable:
+    """A run that can go on with another machine, as far as its owner is told."""
+
+    def __init__(self, document: dict[str, object]) -> None:
+        self.arrangement = made(json.dumps(document))[0]
+        self.problem: Exception | None = None
+        self.asked = list[Callable[[int | str, Sequence[str]], None]]()
+
+    def ask(self, change: Change, answer: Callable[[int | str, Sequence[str]], None], unchecked: bool) -> None:
+        if self.problem is not None:
+            raise self.problem
+        self.asked.append(answer)
+
+
+REPLACEABLE = {**PLAIN, "operators": {"suspend": ["a"], "write": ["mode"], "replace": ["a"]}}
+REPLACE = {"replace": ["a", "a.yaml", "machine: A"], "unchecked": False}
+
+
+def test_what_is_refused_for_its_value_does_not_fill_the_audit_log(tmp_path: Path) -> None:
+    """Nothing is an entry of its own that will not be done, also not for those who may command."""
+    log = AuditLog(tmp_path / "log")
+    requests = (
+        {"command": ["write", "mode", 1029]}, {"command": ["suspend", "a", 1]}, {"command": ["unload", "a"]},
+        {"replace": ["b", "b.yaml", "machine: B"], "unchecked": True}, {"write": ["nothing"]}, REPLACE,
+    )  # fmt: skip
+    with standing(REPLACEABLE, log) as (owner, _, _):
+        changing = Changeable(REPLACEABLE)
+        owner.takes(changing)
+        with connected() as first, ExitStack() as others:
+            owner.serve(0)
+            assert len(heard(first)) == 1
+            assert not say(owner, first, REPLACE) and len(changing.asked) == 1
+            for request in requests:
+                client = others.enter_context(connected())
+                owner.serve(0)
+                heard(client)
+                for _ in range(FIRST):
+                    (answer,) = say(owner, client, request)
+                    assert "error" in answer
+            assert len(changing.asked) == 1
+            changing.asked[0]("it is refused", ())
+            client.send(json.dumps(REPLACE).encode() + b"\n")
+            owner.serve(0)
+            owner.serve(0)
+            assert len(changing.asked) == 2
+        owner.settle()
+    log.close()
+    lines = [json.loads(line) for line in log.path.read_text().splitlines()]
+    told = [line["what"] for line in lines]
+    assert told == ["replace", *["refused"] * FIRST, "replace", "refused"]
+    assert lines[-1]["more"] == len(requests) * FIRST + 1 - FIRST
+
+
+def test_what_is_logged_is_logged_before_it_is_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    log = AuditLog(tmp_path / "log")
+    with standing(REPLACEABLE, log) as (owner, shared, _), connected() as client:
+        changing = Changeable(REPLACEABLE)
+        owner.takes(changing)
+        monkeypatch.setattr(log, "failure", "the disk is full")
+        owner.serve(0)
+        heard(client)
+        for request in ({"command": ["write", "mode", 1]}, {"write": ["go"]}, REPLACE):
+            (answer,) = say(owner, client, request)
+            assert "the audit log cannot be written: the disk is full" in str(answer["error"])
+        assert shared.posts._issued is None and not changing.asked
+        assert shared.loop.told[control.WRITER_COUNT] == 1
+    log.close()
+
+
+def test_a_change_that_cannot_be_checked_is_refused() -> None:
+    """Where the system has no descriptor, process or thread left: the run goes on."""
+    with standing(REPLACEABLE) as (owner, _, _), connected() as client:
+        changing = Changeable(REPLACEABLE)
+        owner.takes(changing)
+        owner.serve(0)
+        heard(client)
+        problems = [OSError(number, os.strerror(number)) for number in (EMFILE, ENFILE, EAGAIN, ENOMEM)]
+        for problem in (*problems, RuntimeError("can't start new thread")):
+            changing.problem = problem
+            (answer,) = say(owner, client, REPLACE)
+            assert answer["error"] == f"it cannot be checked: {getattr(problem, 'strerror', problem)}"
+        changing.problem = None
+        assert not say(owner, client, REPLACE) and changing.asked
+
+
+def test_a_check_without_a_process_leaves_no_descriptor(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fork() -> int:
+        raise BlockingIOError(EAGAIN, os.strerror(EAGAIN))
+
+    monkeypatch.setattr(checking, "fork", fork)
+    before = os.listdir("/proc/self/fd")  # noqa: PTH208 - numbers
+    with pytest.raises(BlockingIOError):
+        Check(lambda: Finding(None, "", ()), Limits())
+    assert os.listdir("/proc/self/fd") == before  # noqa: PTH208 - numbers
+
+
+def test_a_run_goes_on_whose_socket_was_removed(boards: Path) -> None:  # noqa: F811
+    with standing(PLAIN) as (owner, shared, said), connected() as client:
+        owner.takes(Changeable(PLAIN))
+        owner.serve(0)
+        socket_path("board").unlink()
+        boards.rmdir()
+        owner.follow(shared)
+        assert len(said) == 1 and said[0].endswith("who may connect cannot be changed: No such file or directory")
+        owner.serve(0)
+        assert heard(client)
+
+
+def test_a_connection_that_cannot_be_waited_for_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The system limits how many descriptors a user waits for."""
+    with standing(PLAIN) as (owner, _, _), connected() as client, monkeypatch.context() as limited:
+        limited.setattr(owner, "_epoll", Full(owner._epoll))
+        owner.serve(0)
+        assert heard(client) == [{"error": "there is no room for another connection: No space left on device"}]
+
+
+class Full:
+    """An epoll in which nothing more can be registered."""
+
+    def __init__(self, epoll: select.epoll) -> None:
+        self.poll = epoll.poll
+
+    def register(self, *_: object) -> None:
+        raise OSError(ENOSPC, os.strerror(ENOSPC))
+
+
+def test_a_descriptor_is_kept_where_nobody_calls_any_more() -> None:
+    with standing(PLAIN) as (owner, _, _):
+        owner._turn_away()
+        assert owner._spare >= 0
 
 
 def test_the_last_command_is_logged_before_the_run_ends(tmp_path: Path) -> None:
@@ -455,6 +602,46 @@ def test_what_nobody_asks_for_takes_no_descriptors() -> None:
             return len(os.listdir("/proc/self/fd")) - before  # noqa: PTH208 - numbers
 
     assert [taken(PLAIN, served=True), taken(PLAIN, served=False), taken(OPERATED, served=True)] == [2 + LENT, 2, 2]
+
+
+def test_a_signal_does_not_end_a_call() -> None:
+    """Several come while the caller waits; it goes on with what is left of its time."""
+    before, over, woken = signal.getsignal(signal.SIGUSR1), threading.Event(), 0
+    main = threading.main_thread().ident
+    assert main is not None
+
+    def disturb() -> None:
+        while not over.wait(0.001):
+            signal.pthread_kill(main, signal.SIGUSR1)
+
+    def handle(*_: object) -> None:
+        nonlocal woken
+        woken += 1
+        if makes_room and woken > FEW:
+            with suppress(BlockingIOError):
+                server.accept()[0].close()
+
+    with socket.socket(socket.AF_UNIX) as server, ExitStack() as calls:
+        server.bind(str(socket_path("board")))
+        server.listen(0)
+        server.setblocking(False)
+        with suppress(BlockingIOError):
+            while True:
+                calls.enter_context(connected())
+        makes_room = False
+        signal.signal(signal.SIGUSR1, handle)
+        thread = threading.Thread(target=disturb)
+        thread.start()
+        try:
+            with pytest.raises(WhiteboardError, match="too many processes call the whiteboard"):
+                called("board", 0.02)
+            woken, makes_room = 0, True
+            called("board", None).close()
+            assert woken > FEW
+        finally:
+            over.set()
+            thread.join()
+            signal.signal(signal.SIGUSR1, before)
 
 
 def test_a_caller_waits_until_there_is_room() -> None:
