@@ -1,7 +1,7 @@
 """The clients of a whiteboard, and how much of its owner each user may have.
 
 What a user holds takes nothing from others: those who may command have a share each, and those who may not, a share
-each and another one together.
+each and another one together. Only of lent memory there is a number for all (`LENT`).
 """
 
 from __future__ import annotations

@@ -10,9 +10,10 @@ client posts these inputs by itself from now on. ``{"replace": ["ns", "new.yaml"
 "machine: …"], "unchecked": true}`` lets another machine take the place of one, and ``{"policy": ["new.yaml",
 "levels: …"]}`` another policy that of the one in force; when it has, all clients are sent away.
 
-Who is not let in, or is sent away, is told ``{"error": "…"}`` first. Clients are served in turns: a few requests of
-each in a round, those first who may command, and a round ends soon (`ROUND`), so that nobody keeps ports and others
-waiting. Of connections, and whatever else there is a limited number of, each user has a share (`clients.py`).
+A client that is not let in, or is sent away, is told ``{"error": "…"}`` first. Clients are served in turns: a few
+requests of each in a round, those first who may command, and a round ends soon (`ROUND`), so that nobody keeps ports
+and others waiting. Of connections, and whatever else there is a limited number of, each user has a share
+(`clients.py`).
 """
 
 from __future__ import annotations
@@ -371,8 +372,8 @@ class Owner:
         self._forget(client)
 
     def _send_all_away(self, why: str) -> None:
-        """What they have asked since their last command is not done. Who commands hears whether the command came, or
-        why not.
+        """What they have asked since their last command is not done. A client that commands hears whether the command
+        came, or why not.
         """
         for client in self._clients.values():
             client.forget_requests()

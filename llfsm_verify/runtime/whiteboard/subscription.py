@@ -64,7 +64,7 @@ class _Reader(Generic[T]):
     """Reads frame after frame, each once, in order, and makes something of them.
 
     `fileno` is readable when there may be a new frame or the run has ended, for `selectors` and `asyncio`; no thread is
-    started. Who waits for it looks again after `patience` seconds.
+    started. A reader that waits for it looks again after `patience` seconds.
     """
 
     def __init__(
