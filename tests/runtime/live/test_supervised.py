@@ -181,12 +181,8 @@ def nothing_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
 
     for place in ("llfsm_verify.monitoring.code.MachineCode.__init__", "mmap.mmap", "os.memfd_create"):
         monkeypatch.setattr(place, refuse)
-    monkeypatch.setattr("llfsm_verify.runtime.whiteboard.segment.MachineCode", refuse)
-    for kept in (
-        sys.modules["llfsm_verify.runtime.whiteboard.segment"],
-        sys.modules["llfsm_verify.runtime.live.memory"],
-    ):
-        monkeypatch.setattr(kept.mmap, "mmap", refuse)
+    monkeypatch.setattr(segment, "MachineCode", refuse)
+    monkeypatch.setattr(segment.Mapped, "__init__", refuse)
 
 
 @pytest.mark.slow
@@ -217,12 +213,14 @@ def test_nothing_is_compiled_or_mapped_when_the_supervisor_dies(
     with closing(Shared("test", loop)) as shared:
         recorder = Recorder(tmp_path / "r", {}, loop) if recorded else None
         told, tells = os.pipe()
+        goes, go = os.pipe()
         supervisor = os.fork()
         if not supervisor:
             try:
                 monkeypatch.setattr(forks, "fork", lambda: nothing_is_made(monkeypatch) or os.fork())
                 run = Supervised(loop, shared, recorder, together=True)
                 os.write(tells, run.pids[0].to_bytes(4, "little"))
+                os.read(goes, 1)  # until the test knows the loop by a descriptor
                 run.start()
                 while shared.segment.newest() is None:
                     time.sleep(0)
@@ -230,9 +228,10 @@ def test_nothing_is_compiled_or_mapped_when_the_supervisor_dies(
                 os._exit(0)
         os.close(tells)
         process = os.pidfd_open(int.from_bytes(os.read(told, 4), "little"))
+        os.write(go, b"g")
         os.waitpid(supervisor, 0)
         select.select([process], [], [])  # until the loop has ended as well
-        for descriptor in (told, process):
+        for descriptor in (told, goes, go, process):
             os.close(descriptor)
         newest = shared.segment.newest()
         assert newest is not None and ENDINGS[newest[ENDING]] == "died"

@@ -101,6 +101,11 @@ def tidy(boards: Path) -> Iterator[None]:
         boards.rmdir()
 
 
+@pytest.fixture(autouse=True)
+def refusals_are_counted_until_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sparing, "INTERVAL", 1e9)
+
+
 @contextmanager
 def served(
     arrangement: Arrangement,
