@@ -194,7 +194,6 @@ class LiveRun:
         return self._change(NewPolicy(Path(path).name, Path(path).read_text(encoding="utf-8")))
 
     def _change(self, change: Change, *, unchecked: bool = False) -> Replaced:
-        self._own()
         answered: Future[tuple[int | str, Sequence[str]]] = Future()
         self.values()  # it has begun
         with self._going_on():

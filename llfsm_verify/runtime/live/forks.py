@@ -10,10 +10,13 @@ import os
 import select
 import signal
 import warnings
+from collections.abc import Callable, Collection
 from contextlib import suppress
 from itertools import pairwise
 from typing import Protocol
 from weakref import WeakSet
+
+from llfsm_verify.runtime.live import signals
 
 
 class Kept(Protocol):
@@ -58,10 +61,7 @@ class Lifeline:
 
     def wait(self, others: tuple[int, ...] = (), milliseconds: int | None = None) -> set[int]:
         """In a forked process: wait until it has ended, or one of the others is readable, at most so long; which."""
-        poll = select.poll()
-        for descriptor in (*self.descriptors, *others):
-            poll.register(descriptor, select.POLLIN)
-        return {descriptor for descriptor, _ in poll.poll(milliseconds)}
+        return readable((*self.descriptors, *others), milliseconds)
 
     def forked(self) -> None:
         """All processes that need it have been forked."""
@@ -94,6 +94,33 @@ class Child:
     def let_go(self) -> None:
         """See `Kept`."""
         os.close(self._process)
+
+
+def child(work: Callable[[], object], kept: set[int]) -> Child:
+    """A process that does this and ends: it has no descriptors but these and the standard streams, and leaves signals
+    to this process. Its exit code is 0, or 1 where the work fails.
+    """
+    with signals.held_back():
+        pid = fork()
+        if not pid:
+            status = 1
+            try:
+                signals.ignore()
+                signals.released()
+                close_but({0, 1, 2, *kept})
+                work()
+                status = 0
+            finally:
+                os._exit(status)
+    return Child(pid)
+
+
+def readable(descriptors: Collection[int], milliseconds: int | None = None) -> set[int]:
+    """Wait until one of these is readable, at most so long; which."""
+    poll = select.poll()
+    for descriptor in descriptors:
+        poll.register(descriptor, select.POLLIN)
+    return {descriptor for descriptor, _ in poll.poll(milliseconds)}
 
 
 def fork() -> int:

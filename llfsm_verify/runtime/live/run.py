@@ -15,7 +15,7 @@ from typing import Self
 
 from llfsm_verify.backends.native.executor import OVERFLOW
 from llfsm_verify.program.program import FaultSite
-from llfsm_verify.runtime.live import control, forks, signals
+from llfsm_verify.runtime.live import control, forks
 from llfsm_verify.runtime.live.frame import CYCLE, DETAIL, ENDING, MOVED
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.memory import words
@@ -273,22 +273,14 @@ class Run(Running):
         self._over = False
 
     def _fork(self) -> None:
-        self._lifeline = forks.Lifeline()
-        with signals.held_back():
-            pid = forks.fork()
-            if not pid:
-                status = 1
-                try:
-                    signals.ignore()
-                    signals.released()
-                    forks.close_but({0, 1, 2, *self._lifeline.descriptors, *self._kept})
-                    self._lifeline.wait()  # until this process has died, or ends its child
-                    self._outlive()
-                    status = 0
-                finally:
-                    os._exit(status)
-        self._guardian = forks.Child(pid)
-        self._lifeline.forked()
+        self._lifeline = lifeline = forks.Lifeline()
+
+        def guard() -> None:
+            lifeline.wait()  # until this process has died, or ends its child
+            self._outlive()
+
+        self._guardian = forks.child(guard, lifeline.descriptors | self._kept)
+        lifeline.forked()
         forks.keep(self)
 
     def let_go(self) -> None:

@@ -20,7 +20,7 @@ from contextlib import suppress
 from typing import Self
 
 from llfsm_verify.backends.broken import BrokenProgramError
-from llfsm_verify.runtime.live import control, forks, signals
+from llfsm_verify.runtime.live import control, forks
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.run import Running
 from llfsm_verify.runtime.recording.file import Recorder
@@ -59,9 +59,8 @@ class Supervised(Running):
         self._ended = False
         self._reports: dict[int, forks.Child] = {}
         self._ends = select.epoll()
-        with signals.held_back():
-            for number in range(count):
-                self._fork(number)
+        for number in range(count):
+            self._fork(number)
         self._lifeline.forked()
         forks.keep(self)
 
@@ -77,24 +76,19 @@ class Supervised(Running):
         hears, says = os.pipe()
         sys.stdout.flush()
         sys.stderr.flush()
-        pid = forks.fork()
-        if not pid:
-            status = 1
+
+        def take_turns() -> None:
             try:
-                signals.ignore()
-                signals.released()
-                ends = {end for pipe in self._tokens for end in pipe}
-                forks.close_but({0, 1, 2, *self._lifeline.descriptors, says, *ends, *self._kept})
                 self._say(says, self._work(number, says))
                 self._outlive()
-                status = 0
-            except BaseException:  # noqa: BLE001 - the supervisor says it
+            except BaseException:  # the supervisor says it
                 with suppress(OSError):
                     self._say(says, {"error": traceback.format_exc()})
-            finally:
-                os._exit(status)
+                raise
+
+        ends = {end for pipe in self._tokens for end in pipe}
+        self._reports[hears] = forks.child(take_turns, {says, *ends, *self._lifeline.descriptors, *self._kept})
         os.close(says)
-        self._reports[hears] = forks.Child(pid)
         self._ends.register(hears, select.EPOLLIN)
 
     @property
@@ -154,7 +148,7 @@ class Supervised(Running):
         token = self._tokens[number][0]
         ready = self._lifeline.wait((token,))
         if token not in ready:
-            ready = {descriptor for descriptor, _ in _readable(token, milliseconds)}
+            ready = forks.readable((token,), milliseconds)
         return token in ready and bool(os.read(token, 1))
 
     def _wait_for_death(self) -> None:
@@ -233,9 +227,3 @@ class Supervised(Running):
         if not self._ended:
             self._kill()
             self._outlive(0)
-
-
-def _readable(descriptor: int, milliseconds: int) -> list[tuple[int, int]]:
-    poll = select.poll()
-    poll.register(descriptor, select.POLLIN)
-    return poll.poll(milliseconds)

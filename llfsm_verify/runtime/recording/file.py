@@ -185,7 +185,7 @@ def _address(mapped: mmap.mmap) -> int:
 
 
 def is_recording(path: str | Path) -> bool:
-    """Whether a regular file begins as one; what cannot be read is none."""
+    """Whether a regular file begins as one; a file that cannot be read does not."""
     try:
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
             return Path(path).is_file() and file.read(len(KIND)) == KIND
@@ -340,8 +340,8 @@ def checksum(entry: bytes, before: int) -> int:
 
 
 def _entry(data: bytes, begin: int, frame: list[int], before: int | None) -> tuple[Turn, int | None, int]:
-    """The entry that begins there, its checksum (None: there are none), and where the next one begins; `frame` becomes
-    its frame.
+    """The entry that begins there, its checksum (None: it has no checksum), and where the next one begins; `frame`
+    becomes its frame.
 
     IndexError: it is not whole, and `frame` is as it was. ValueError: it is no entry.
     """

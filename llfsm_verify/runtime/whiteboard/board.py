@@ -20,17 +20,13 @@ from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.values import Shown, text
 from llfsm_verify.program.program import Choice
 from llfsm_verify.runtime.live.frame import COMMITTED, ENDING, ENDINGS, NUMBER
-from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST, location
+from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST, NOBODY, location, peer_of
 from llfsm_verify.runtime.whiteboard.segment import Attached, Lent, NoSegment
 from llfsm_verify.runtime.whiteboard.slots import STATE, Slot
 from llfsm_verify.runtime.whiteboard.subscription import Frames, Subscription, Woken
 
 SECONDS: float | None = 5.0
 """How long an owner may take to answer."""
-CREDENTIALS = struct.Struct("3i")
-"""What the system says of who is at the other end: process, user, group."""
-NOBODY = -1
-"""The user where there is no other end."""
 SHORTEST = 0.001
 """Seconds of waiting for a connection."""
 MOMENT = 0.001
@@ -438,14 +434,12 @@ def called(name: str, seconds: float | None = 0) -> socket.socket:
     try:
         connection.setblocking(seconds != 0)
         while served_by == NOBODY:  # a signal ends the waiting, and Python takes that for a connection
-            if seconds != 0:  # Python's own limit is none for sockets of this kind
+            if seconds != 0:  # Python's own limit does not hold for sockets of this kind
                 left = 0.0 if until is None else max(until - time.monotonic(), SHORTEST)
                 limit = struct.pack("ll", *divmod(int(1e6 * left), 1_000_000))
                 connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, limit)
             connection.connect(str(path))
-            _, served_by, _ = CREDENTIALS.unpack(
-                connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, CREDENTIALS.size)
-            )
+            _, served_by = peer_of(connection)
             if served_by == NOBODY and until is not None and time.monotonic() >= until:
                 raise BlockingIOError
         if served_by != user:

@@ -25,7 +25,6 @@ import resource
 import select
 import socket
 import stat
-import struct
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -40,7 +39,7 @@ from llfsm_verify.runtime.audit import AuditLog
 from llfsm_verify.runtime.live import forks
 from llfsm_verify.runtime.whiteboard.clients import CONNECTIONS, PIECE, PIECES, SUBSCRIPTIONS, Client
 from llfsm_verify.runtime.whiteboard.permissions import READS, Permissions, policy_digest, user_name
-from llfsm_verify.runtime.whiteboard.places import socket_path
+from llfsm_verify.runtime.whiteboard.places import peer_of, socket_path
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.slots import slots_of
 from llfsm_verify.runtime.whiteboard.sparing import Sparing
@@ -69,7 +68,6 @@ STRANGERS = "users who may not connect"
 """As the audit log counts their calls, all together."""
 PATIENCE, PROMPT = 0.05, 0.001
 """Seconds between two looks whether a command was taken: at most, at least."""
-_CREDENTIALS = struct.Struct("3i")
 VERSION = 3
 REQUESTS = (
     '`{"post": {INPUT: VALUE, …}}`, `{"command": [WHAT, MACHINE]}`, `{"command": ["write", SLOT, VALUE]}`, '
@@ -296,8 +294,7 @@ class Owner:
 
     def _welcome(self, connection: socket.socket) -> None:
         connection.setblocking(False)
-        credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
-        pid, uid, _ = _CREDENTIALS.unpack(credentials)
+        pid, uid = peer_of(connection)
         client = Client(connection, pid, uid, self._permissions.rank(uid))
         why = self._no_room(client)
         if why is not None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import re
+import socket
 import stat
+import struct
 from pathlib import Path
 
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}\Z")
@@ -13,6 +15,17 @@ LONGEST = 107
 """Bytes of the path of a socket."""
 MOST_REQUEST = 1 << 20
 """Bytes of a request to an owner, which may have the text of a machine."""
+
+_CREDENTIALS = struct.Struct("3i")
+"""What the system says of who is at the other end: process, user, group."""
+NOBODY = -1
+"""The user where there is no other end."""
+
+
+def peer_of(connection: socket.socket) -> tuple[int, int]:
+    """The numbers of the process and the user at the other end of a connection, as the system knows them. OSError."""
+    pid, uid, _ = _CREDENTIALS.unpack(connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size))
+    return pid, uid
 
 
 class NoPlace(Exception):
