@@ -202,17 +202,9 @@ class Succession:
         """Let another machine take the place of one, with its variables carried over by name and type, or another
         policy that of the one in force.
 
-        `answer` is called later, by `serve` or `wait`. Refused: the arrangement does not allow it, or another one is
-        on its way.
+        `answer` is called later, by `serve` or `wait`. Refused: see `admit`.
         """
-        self._declared(change)
-        before = self._draft
-        if before is None:
-            raise Refused(
-                "nothing of this arrangement can be replaced: it does not come from files, or they were edited"
-            )
-        if self._asked is not None:
-            raise Refused("another machine or policy is already being loaded into this run")
+        before = self.admit(change)
         draft, running = with_change(before, change), self.shared.loop
         loaded = Loaded(change, unchecked)
 
@@ -224,10 +216,17 @@ class Succession:
             return draft, arrangement, loop
 
         check = None if unchecked else self._check(loaded, before, draft)  # forked before there is a thread
-        self._asked = _Asked(loaded, answer, make, check)
+        try:
+            self._asked = _Asked(loaded, answer, make, check)
+        except RuntimeError:  # there is no room for another thread
+            if check is not None:
+                check.close()
+            raise
 
-    def _declared(self, change: Change) -> None:
-        """Refused: `operators:` does not declare it."""
+    def admit(self, change: Change) -> Draft:
+        """What the change would be made to. Refused: `operators:` does not declare it, the arrangement does not come
+        from files, another change is on its way, or the run has not begun.
+        """
         if isinstance(change, Replacement):
             allowed = [operator.target for operator in self.arrangement.replaceable]
             if change.machine not in allowed:
@@ -235,12 +234,20 @@ class Succession:
                 raise Refused(f"`operators:` does not declare replace of `{change.machine[:60]}`, only {offered}")
         elif not self.arrangement.policy_users:
             raise Refused("`operators:` does not declare `policy`, so this run keeps the policy that it has")
+        if self._draft is None:
+            raise Refused(
+                "nothing of this arrangement can be replaced: it does not come from files, or they were edited"
+            )
+        if self._asked is not None:
+            raise Refused("another machine or policy is already being loaded into this run")
+        if self.shared.segment.newest() is None:
+            raise Refused("the run has not begun")
+        return self._draft
 
     def _check(self, loaded: Loaded, before: Draft, draft: Draft) -> Check:
-        """Begin the check of a change from where the run stands. Refused: it has not begun."""
+        """Begin the check of a change from where the run stands."""
         newest = self.shared.segment.newest()
-        if newest is None:
-            raise Refused("the run has not begun")
+        assert newest is not None, "`admit` has seen a frame"
         code, making = self.shared.loop.code, self._making
         record, states = code.frames.record_of(newest), tuple(newest[code.frames.monitors :])
         task = Task(making, before, draft, (*self._loaded, loaded), code, record, states, self._earlier)

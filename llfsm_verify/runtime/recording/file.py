@@ -14,7 +14,9 @@ turn: 1 + the number of the choice, the ringlet of the turn (the second one is 1
 Then come the words of the frame that differ from the frame before: how many words further on, and the difference with
 its sign, modulo 2^64; then 0. The frame before the first one is all zeros. The last four bytes of an entry are a
 checksum of the entry and of the checksum before it, so a chain leads from the header to the last frame (`checksum`).
-Format 1 had neither `closed` nor checksums.
+Format 1 had neither `closed` nor checksums. `used` and `closed` have none: with less in `used`, 0 in `closed` and zeros
+at the end, a run that has ended looks like one that was killed. The audit log tells: `ended` has the SHA-256 of the
+file.
 
 The loop appends entries to a mapped part of the file and publishes `used` last: a process that is killed loses the turn
 it was in. A file system that is full is noticed when the next part is reserved, before anything is written to it.
@@ -298,6 +300,12 @@ class Recording:
             self.damaged = "the end of the file is missing"
         elif last is None or not last.frame[ENDING]:
             self._say_why_it_ends(frame, check)
+        elif self.has_checksums and not self._is_written and self._closed != OPEN and self._has_more():
+            self.damaged = "something was appended to it"
+
+    def _has_more(self) -> bool:
+        """Whether anything but zeros, which may have been reserved, comes after the last frame."""
+        return any(any(data) for data in iter(lambda: self._file.read(WINDOW), b""))
 
     def _say_why_it_ends(self, frame: list[int], check: int | None) -> None:
         """Without a last frame. A file that nobody closed still has what was reserved for it, in whole pages, and a

@@ -1,7 +1,8 @@
 """The clients of a whiteboard, and how much of its owner each user may have.
 
 What a user holds takes nothing from others: those who may command have a share each, and those who may not, a share
-each and another one together. Only of lent memory there is a number for all (`LENT`).
+each and another one together. Of lent memory there is a number for all (`LENT`), and a third of it is for the run's own
+user and root.
 """
 
 from __future__ import annotations
@@ -111,6 +112,8 @@ class Share:
     """The run's own user, and root."""
     each: int
     """Every other user; all of them who may not command, twice as much together."""
+    others: int | None = None
+    """All users together but the run's own and root."""
 
     def lacks(self, client: Client, held: Iterable[tuple[int, int]]) -> str | None:
         """Why a client gets no more of it, given the user and the rank of who holds each; None: it does."""
@@ -120,9 +123,11 @@ class Share:
             return f"user `{user_name(client.uid)}` has {most} {self.what} already, which is the share of a user"
         if client.rank == READS and sum(rank == READS for _, rank in taken) >= 2 * self.each:
             return f"users who may not command have {2 * self.each} {self.what} already, which is their share"
+        if client.rank != OWN and self.others is not None and sum(rank != OWN for _, rank in taken) >= self.others:
+            return f"other users than root and that of the run have {self.others} {self.what} already"
         return None
 
 
 CONNECTIONS = Share("connections", 64, 16)
 SUBSCRIPTIONS = Share("subscriptions", 64, 16)
-PIECES = Share("pieces of memory", LENT, LENT // 3)
+PIECES = Share("pieces of memory", LENT, LENT // 3, LENT - LENT // 3)

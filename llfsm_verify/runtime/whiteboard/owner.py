@@ -83,6 +83,9 @@ class Changing(Protocol):
     def arrangement(self) -> Arrangement:
         """As it runs now."""
 
+    def admit(self, change: Change) -> object:
+        """Refused: it could not even be tried."""
+
     def ask(self, change: Change, answer: Callable[[int | str, Sequence[str]], None], unchecked: bool) -> None:
         """Let it go on with this, and call back with the number of a frame, or with what is wrong, and with what else
         is to be said. Refused.
@@ -510,12 +513,9 @@ class Owner:
         changing = self._changing
         if changing is None:
             raise Refused("this run keeps the machines and the policy that it has")
-        replaceable = [operator.target for operator in changing.arrangement.replaceable]
-        if isinstance(change, Replacement) and change.machine not in replaceable:
-            offered = ", ".join(replaceable) or "nothing"
-            raise Refused(f"`operators:` does not declare replace of `{change.machine[:60]}`, only {offered}")
         if self._loading:
             raise Refused("another machine or policy is already being loaded into this run")
+        changing.admit(change)
 
         def answered(outcome: int | str, notes: Sequence[str]) -> None:
             self._loading = False
@@ -562,7 +562,7 @@ class Owner:
         return {"ok": True, "socket": number}
 
     def close(self) -> None:
-        """Nobody is served any more. Who commands still hears whether the command came before the end."""
+        """Nobody is served any more. A client that commands still hears whether the command came before the end."""
         self._send_all_away("")
         self._epoll.close()
         self._close_spare()

@@ -121,6 +121,17 @@ def test_an_edited_time_is_found_unless_all_is_written_anew(code: LiveCode, tmp_
 
 
 @pytest.mark.slow
+def test_what_is_appended_to_a_whole_recording_is_found(code: LiveCode, tmp_path: Path) -> None:
+    path = tmp_path / "r"
+    recorded(code, path, 6, 5)
+    data, found = path.read_bytes(), turns_of(path)
+    path.write_bytes(data + b"\0" * PAGE + b"x")
+    assert outcome(path) == (found, "damaged")
+    path.write_bytes(data + b"\0" * PAGE)  # reserved, and not given back by a supervisor that was killed
+    assert outcome(path) == (found, None)
+
+
+@pytest.mark.slow
 def test_format_1_is_read_with_a_note(tmp_path: Path) -> None:
     with Recording(OLD) as recording:
         assert "has no checksums" in recording.notes[0] and len(list(recording)) == 14 and recording.damaged is None

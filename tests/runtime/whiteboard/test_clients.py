@@ -23,7 +23,7 @@ import pytest
 
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.arrangement.replacing import Change
+from llfsm_verify.arrangement.replacing import Change, Replacement
 from llfsm_verify.limits import Limits
 from llfsm_verify.runtime.audit import ENDED, AuditLog, verify
 from llfsm_verify.runtime.live import control
@@ -32,14 +32,14 @@ from llfsm_verify.runtime.live.preparing import starting_values
 from llfsm_verify.runtime.loading import checking
 from llfsm_verify.runtime.loading.checking import Check, Finding
 from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError, called
-from llfsm_verify.runtime.whiteboard.clients import CONNECTIONS, PIECES, SUBSCRIPTIONS
+from llfsm_verify.runtime.whiteboard.clients import CONNECTIONS, PIECES, SUBSCRIPTIONS, Client, Share
 from llfsm_verify.runtime.whiteboard.owner import CALLS, FEW, KEPT_BYTES, STRANGERS, Owner, Taken
-from llfsm_verify.runtime.whiteboard.permissions import Permissions
+from llfsm_verify.runtime.whiteboard.permissions import COMMANDS, OWN, READS, Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace, names, socket_path
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.sparing import FIRST, INTERVAL, Sparing
 from llfsm_verify.runtime.whiteboard.waking import wake_path
-from llfsm_verify.runtime.whiteboard.writers import LENT
+from llfsm_verify.runtime.whiteboard.writers import LENT, Refused
 from tests.runtime.live.runs import code_of
 from tests.runtime.whiteboard.test_board import OPERATED, Raw, boards, served, tidy  # noqa: F401 - fixtures
 
@@ -123,6 +123,26 @@ def fill(connections: ExitStack, owner: Owner, uid: int, count: int) -> list[str
         owner.serve(0)
         found += [str(line["error"]) for line in heard(one) if "error" in line]
     return found
+
+
+def test_shares() -> None:
+    def lacks(share: Share, uid: int, rank: int, *held: tuple[int, int]) -> str:
+        with socket.socket(socket.AF_UNIX) as connection:
+            return share.lacks(Client(connection, 1, uid, rank), held) or ""
+
+    small = Share("things", 6, 2, 5)
+    readers, commanding = [(DAEMON, READS), (DAEMON, READS), (BIN, READS), (BIN, READS)], (GAMES, COMMANDS)
+    assert not lacks(small, DAEMON, READS, readers[0])
+    assert "user `daemon` has 2 things already" in lacks(small, DAEMON, READS, *readers[:2])
+    assert "users who may not command have 4 things" in lacks(small, SYS, READS, *readers)
+    assert not lacks(small, GAMES, COMMANDS, *readers)
+    assert "other users than root and that of the run have 5 things" in lacks(
+        small, SYS, COMMANDS, *readers, commanding
+    )
+    assert not lacks(Share("things", 6, 2), SYS, COMMANDS, *readers, commanding)
+    assert not lacks(small, 0, OWN, *readers, commanding, *[(0, OWN)] * 5)
+    assert "user `root` has 6 things" in lacks(small, 0, OWN, *[(0, OWN)] * 6)
+    assert PIECES.others == LENT - PIECES.each and CONNECTIONS.others is None
 
 
 @needs_root
@@ -299,6 +319,10 @@ class Changeable:
         self.arrangement = made(json.dumps(document))[0]
         self.problem: Exception | None = None
         self.asked = list[Callable[[int | str, Sequence[str]], None]]()
+
+    def admit(self, change: Change) -> None:
+        if isinstance(change, Replacement) and change.machine != "a":
+            raise Refused("it cannot be replaced")
 
     def ask(self, change: Change, answer: Callable[[int | str, Sequence[str]], None], unchecked: bool) -> None:
         if self.problem is not None:
