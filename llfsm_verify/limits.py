@@ -32,7 +32,10 @@ class LimitReached(Exception):
     """A limit has been reached; the message says which, in a sentence."""
 
 
-def reached(most: int, what: Literal["configurations", "steps"]) -> str:
+Counted = Literal["configurations", "steps", "units of work on classes of inputs"]
+
+
+def reached(most: int, what: Counted) -> str:
     """What is said when there are more than so many."""
     return f"the limit of {most:,} {what} was reached"
 
@@ -48,6 +51,8 @@ class Limits:
     """The limit that users know, of which `timeout` is what is left."""
     max_steps: int | None = None
     """Steps of an exploration, each choice of values counted."""
+    max_work: int | None = None
+    """Units of Z3's work on the classes of the inputs of one program."""
 
     def within(self, seconds: float | None) -> Limits:
         """The same with so much of the time (None: as they are)."""
@@ -81,6 +86,10 @@ class Budget:
     @property
     def max_steps(self) -> int | None:
         return self._limits.max_steps
+
+    @property
+    def max_work(self) -> int | None:
+        return self._limits.max_work
 
     @property
     def left(self) -> float | None:

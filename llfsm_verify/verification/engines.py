@@ -7,7 +7,7 @@ group `llfsm_verify.engines` (docs/engines.md).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, get_args
 
 from llfsm_verify.registry import Entry, Registry, Unregistered, add_others
@@ -25,19 +25,21 @@ class TurnLimits:
     """What a turn of an exploring engine may do before others have theirs.
 
     `states` configurations, `endless` where a variable has no bounds, so that there may be infinitely many; `steps`, of
-    which there are many where wide inputs are enumerated.
+    which there are many where wide inputs are enumerated; `work`: units of Z3's work on the classes of wide inputs.
     """
 
     states: int
     endless: int
     steps: int
+    work: int | None
 
 
 @dataclass(frozen=True, slots=True)
 class Turn:
     """One turn of an engine in ``--engine auto``, with limits of ours beside those of the user.
 
-    `again`: only if such a limit stopped the engine before; without `most` only if every variable has bounds, too.
+    `again`: only if such a limit stopped the engine before, which is higher now; without `most` only if every variable
+    has bounds, too.
     `brief`: a short attempt. `alone`: these limits are also those of ``--engine all``.
     """
 
@@ -64,11 +66,11 @@ class EngineEntry(Entry):
     """At its place is no `Start`, but a function that takes a problem and options to a result."""
 
 
-FIRST = TurnLimits(500_000, 500_000, 10_000_000)
-"""Some seconds: by then most arrangements are decided."""
-LARGE = TurnLimits(20_000_000, 2_000_000, 100_000_000)
 BRIEF, EFFORT = 1_000_000, 20_000_000
 """Units of work of Z3: a second of it, and some tens of seconds."""
+FIRST = TurnLimits(500_000, 500_000, 10_000_000, EFFORT)
+"""Some seconds: by then most arrangements are decided."""
+LARGE = TurnLimits(20_000_000, 2_000_000, 100_000_000, EFFORT)
 PROVES: frozenset[Decides] = frozenset({"violations", "proofs", "faults"})
 EXPLORES = frozenset({"checkpoint", "traces", "cone", "compression", "labels", "witnesses", "max_states", "vacuity"})
 UNROLLS = frozenset({"depth"})
@@ -139,7 +141,10 @@ ENGINES = Engines(
         EngineEntry(
             "explicit", "llfsm_verify.engines.explicit.engine:ExplicitSession", "all configurations, one by one",
             decides=PROVES, options=EXPLORES,
-            turns=(Turn(1, FIRST), Turn(3, LARGE, again=True, alone=True), Turn(7, again=True)),
+            turns=(
+                Turn(1, FIRST), Turn(3, LARGE, again=True, alone=True), Turn(7, again=True),
+                Turn(8, replace(LARGE, work=None), again=True),
+            ),
         ),
         EngineEntry(
             "bmc", "llfsm_verify.engines.bounded.engine:BoundedSession", "runs of growing length, by Z3",

@@ -67,7 +67,7 @@ class AutoEngine:
         started = time.monotonic()
         merging = Merging(problem, faults=options.faults)
         program = problem.program()
-        stopped_by_us, endless = False, has_no_bounds(program)
+        stopped, endless = set[str](), has_no_bounds(program)  # which of our limits did, as engines say it
         skips_brief = len(program.slots) > MOST_SLOTS or asks_more(problem, options)
         for stage in self._stages:
             left = _left(options, time.monotonic() - started)
@@ -75,9 +75,10 @@ class AutoEngine:
                 break
             if stage.turn.brief and skips_brief:
                 continue
-            if stage.turn.again and (not stopped_by_us or (stage.turn.most is None and endless)):
-                continue
             wanted = limit_options(stage, left or options, endless=endless)
+            unlimited = stage.turn.most is None
+            if stage.turn.again and (not stopped or stopped & _ours(wanted, options) or (unlimited and endless)):
+                continue
             if merging.asked:
                 collect_everything()  # what an engine leaves behind is not to be missing to the next
             try:
@@ -90,7 +91,7 @@ class AutoEngine:
                 break  # what is known by now is not lost
             merging.add(stage.engine, result)
             if stage.engine == "explicit":
-                stopped_by_us = bool(_ours(wanted, options).intersection(merging.last.reasons))
+                stopped = _ours(wanted, options).intersection(merging.last.reasons)
             if result.interrupted:
                 break
         return merging.result(NAME, time.monotonic() - started)
@@ -122,7 +123,9 @@ def limit_options(stage: Stage, options: Options, *, endless: bool) -> Options:
     ours = stage.turn.most.endless if endless else stage.turn.most.states
     most = options.limits.max_states
     states = ours if most is None else min(ours, most)
-    return replace(wanted, limits=replace(options.limits, max_states=states, max_steps=stage.turn.most.steps))
+    turn = stage.turn.most
+    limits = replace(options.limits, max_states=states, max_steps=turn.steps, max_work=turn.work)
+    return replace(wanted, limits=limits)
 
 
 def _ours(wanted: Options, options: Options) -> set[str]:
@@ -130,6 +133,8 @@ def _ours(wanted: Options, options: Options) -> set[str]:
     limits, said = wanted.limits, set[str]()
     if limits.max_steps is not None:
         said.add(reached(limits.max_steps, "steps"))
+    if limits.max_work is not None:
+        said.add(reached(limits.max_work, "units of work on classes of inputs"))
     if limits.max_states is not None and limits.max_states != options.limits.max_states:
         said.add(reached(limits.max_states, "configurations"))
     return said

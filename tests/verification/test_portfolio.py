@@ -21,11 +21,12 @@ from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification import differential, portfolio
 from llfsm_verify.verification.differential import EnginesDisagree, compare
-from llfsm_verify.verification.engines import EFFORT, Turn, TurnLimits
+from llfsm_verify.verification.engines import EFFORT, FIRST, LARGE, Turn, TurnLimits
 from llfsm_verify.verification.query import ask, parse_query
 from llfsm_verify.verification.verify import checker, verify
 
-NINE = portfolio.Stage("explicit", Turn(1, TurnLimits(9, 9, 100_000)))
+NINE = portfolio.Stage("explicit", Turn(1, TurnLimits(9, 9, 100_000, None)))
+LAST = portfolio.STAGES[-2]
 BMC = portfolio.Stage("bmc", Turn(4, effort=EFFORT))
 LIGHTS = "models/traffic_lights/arrangement.yaml"
 ENDLESS = """
@@ -135,7 +136,7 @@ def test_what_enumeration_finds_at_once_waits_for_no_prover() -> None:
 @pytest.mark.long
 def test_others_follow_where_its_limit_ends_it(lights, monkeypatch: pytest.MonkeyPatch) -> None:
     """Violations too deep for the first search are found by the second; what holds is decided by the last."""
-    monkeypatch.setattr(portfolio, "STAGES", (NINE, BMC, portfolio.STAGES[-1]))
+    monkeypatch.setattr(portfolio, "STAGES", (NINE, BMC, LAST))
     properties = lines("a: G !(ns@GREEN && ew@GREEN)", "b: G !ns@AMBER", "c: G !timer.ran")
     result = verify(lights, properties, engine="auto")
     assert (result.engine, result.complete, result.exploration.states) == ("auto", True, 185)
@@ -153,16 +154,56 @@ def test_others_follow_where_its_limit_ends_it(lights, monkeypatch: pytest.Monke
 @pytest.mark.slow
 def test_steps_are_limited_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """The last search is without that limit, as it is without that of configurations."""
-    few = portfolio.Stage("explicit", Turn(1, TurnLimits(10_000, 10_000, 9)))
-    monkeypatch.setattr(portfolio, "STAGES", (few, portfolio.STAGES[-1]))
+    few = portfolio.Stage("explicit", Turn(1, TurnLimits(10_000, 10_000, 9, None)))
+    monkeypatch.setattr(portfolio, "STAGES", (few, LAST))
     result = verify(load_arrangement_text(ring(3, 3)), lines("a: G !(m0@ON && m1@ON && m2@ON)"), engine="auto")
     assert verdicts(result) == ["holds"]
     assert [a.reasons for a in result.attempts] == [("the limit of 9 steps was reached",), ()]
 
 
+CLASSES = """
+name: classes
+whiteboard:
+  z: {type: 0..70000, role: input}
+  total: {type: KIND, init: 0}
+machines:
+  m:
+    inline:
+      machine: M
+      states:
+        - {name: A, internal: "total = z * z == 250000 ? 1 : z % 3 == 0 ? 2 : 3;"}
+schedule: [m]
+"""
+WORK = "the limit of 10 units of work on classes of inputs was reached"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["0..3", "int"])
+def test_work_on_classes_is_limited_too(kind: str) -> None:
+    """Where classes are hard to find, others have their turn before all are known. The last search has no such limit,
+    also where a variable has no bounds."""
+    problem = bind(load_arrangement_text(CLASSES.replace("KIND", kind)), lines("a: G total < 3", "b: G total < 4"))
+    most = replace(FIRST, work=10)
+    few, again = (portfolio.Stage("explicit", Turn(place, most, again=place > 1)) for place in (1, 3))
+    result = portfolio.AutoEngine(checker, [few, again, BMC]).check(problem, Options())
+    assert verdicts(result) == ["violated", "unknown"]
+    assert [(a.engine, a.decided) for a in result.attempts] == [("explicit", ()), ("bmc", ("a",))]
+    assert WORK in result.attempts[0].reasons
+    result = portfolio.AutoEngine(checker, [few, again, *portfolio.STAGES[-2:]]).check(problem, Options())
+    assert verdicts(result) == ["violated", "holds"] and len(result.attempts) == 2
+
+
+def test_the_last_searches_have_no_limit_of_work() -> None:
+    """Without bounds of the variables that is the very last one, which is limited otherwise."""
+    for stage in portfolio.STAGES[-2:]:
+        assert stage.engine == "explicit" and stage.turn.again
+        assert portfolio.limit_options(stage, Options(), endless=True).limits.max_work is None
+    assert portfolio.STAGES[-1].turn.most == replace(LARGE, work=None)
+
+
 @pytest.mark.slow
 def test_what_no_search_reaches_is_proved(lights, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(portfolio, "STAGES", (NINE, BMC, *portfolio.STAGES[4:]))
+    monkeypatch.setattr(portfolio, "STAGES", (NINE, BMC, *portfolio.STAGES[4:-1]))
     result = verify(lights, lines("a: G !(ns@GREEN && ew@GREEN)", "b: G !ns@AMBER"), engine="auto")
     assert [(p.verdict.value, p.engine) for p in result.properties] == [("holds", "induction"), ("violated", "bmc")]
     assert result.properties[0].proofs
@@ -179,7 +220,7 @@ def test_a_short_attempt_at_a_proof_comes_before_the_long_search(lights, monkeyp
 
 @pytest.mark.long
 def test_where_more_is_asked_there_is_no_short_attempt(lights, monkeypatch: pytest.MonkeyPatch) -> None:
-    stages = (NINE, portfolio.STAGES[1], portfolio.STAGES[-1])
+    stages = (NINE, portfolio.STAGES[1], LAST)
     monkeypatch.setattr(portfolio, "STAGES", stages)
     properties = lines("a: G !(ns@GREEN && ew@GREEN)")
     for options in (Options(strict=True), Options(vacuity="all"), Options(witnesses=True)):
@@ -207,7 +248,7 @@ def test_what_is_proved_has_no_witness_and_says_so(lights) -> None:
 
 @pytest.mark.slow
 def test_where_there_may_be_no_end_there_is_no_last_search(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(portfolio, "STAGES", (NINE, BMC, portfolio.STAGES[-1]))
+    monkeypatch.setattr(portfolio, "STAGES", (NINE, BMC, LAST))
     endless = load_arrangement_text(ENDLESS, "endless.yaml")
     result = verify(
         endless,
@@ -311,7 +352,7 @@ def test_the_time_limit_that_is_said_is_the_users(lights) -> None:
 
 @pytest.mark.slow
 def test_a_query_does_not_go_on_for_faults(monkeypatch: pytest.MonkeyPatch) -> None:
-    few = portfolio.Stage("explicit", Turn(1, TurnLimits(3_000, 3_000, 100_000)))
+    few = portfolio.Stage("explicit", Turn(1, TurnLimits(3_000, 3_000, 100_000, None)))
     monkeypatch.setattr(portfolio, "STAGES", (few, *portfolio.STAGES[1:]))
     endless = load_arrangement_text(ENDLESS, "endless.yaml")
     answer = ask(endless, parse_query("m@B && total > 50", "q"), engine="auto")

@@ -9,7 +9,8 @@ import z3
 
 from llfsm_verify.backends.smt.arithmetic import Term, operate
 from llfsm_verify.backends.smt.relation import Terms
-from llfsm_verify.backends.smt.solver import SolverBudget, model_of
+from llfsm_verify.backends.smt.solver import GaveUp, SolverBudget, model_of
+from llfsm_verify.limits import LimitReached, reached
 from llfsm_verify.program.outcomes import PREFIX
 from llfsm_verify.program.program import BOOL, Choice, Expr, Get, Int, OpName
 from llfsm_verify.program.terms import const
@@ -33,14 +34,21 @@ class Class:
 class Group:
     """Choices that are split together, and the terms that must not tell the members of a class apart.
 
-    `check` is called between attempts of the solver, and may raise to stop. What asks the solver raises GaveUp.
+    `check` is called between attempts of the solver, and may raise to stop. What asks the solver raises GaveUp, and
+    LimitReached where nothing is left of `effort`.
     """
 
     def __init__(
-        self, terms: Terms, choices: Sequence[Choice], asked: Sequence[Expr], check: Callable[[], None]
+        self,
+        terms: Terms,
+        choices: Sequence[Choice],
+        asked: Sequence[Expr],
+        check: Callable[[], None],
+        effort: SolverBudget,
     ) -> None:
         self._terms = terms
         self._check = check
+        self._effort = effort
         self.choices = tuple(choices)
         arithmetic = terms.arithmetic
         self.constants = [arithmetic.constant(f"{PREFIX}{c.name}", c.type) for c in choices]
@@ -82,9 +90,17 @@ class Group:
         for known in found.values():
             above = self._compared("ge", constant, known.member[0])
             solver.add(z3.Not(z3.And(above, known.label)))
-        missing = model_of(solver, self._check, SolverBudget(EFFORT))
+        missing = self._model(solver)
         solver.pop()
         return None if missing is not None else list(found.values())
+
+    def _model(self, solver: z3.Solver) -> z3.ModelRef | None:
+        try:
+            return model_of(solver, self._check, SolverBudget(EFFORT, self._effort))
+        except GaveUp:
+            if self._effort.most is None or self._effort.left:
+                raise
+            raise LimitReached(reached(self._effort.most, "units of work on classes of inputs")) from None
 
     def _solver(self) -> z3.Solver:
         solver = z3.Solver()
@@ -118,7 +134,7 @@ class Group:
         solver.push()
         try:
             solver.add(*among)
-            model = model_of(solver, self._check, SolverBudget(EFFORT))
+            model = self._model(solver)
             if model is None:
                 return None
             found: list[int] = []
@@ -129,7 +145,7 @@ class Group:
                     middle = (low + high) // 2
                     solver.push()
                     solver.add(self._compared("le", constant, middle))
-                    smaller = model_of(solver, self._check, SolverBudget(EFFORT))
+                    smaller = self._model(solver)
                     solver.pop()
                     if smaller is None:
                         low = middle + 1
@@ -138,7 +154,7 @@ class Group:
                 found.append(low)
                 solver.add(constant.z3 == self._literal(constant, low))
                 if len(found) < len(self.constants):
-                    again = model_of(solver, self._check, SolverBudget(EFFORT))
+                    again = self._model(solver)
                     assert again is not None
                     model = again
             return tuple(found)
@@ -158,7 +174,7 @@ class Group:
             below = operate(arithmetic, "le", [value, constant], BOOL).z3
             same = [t.z3 == z3.substitute(t.z3, (constant.z3, value.z3)) for t in self._asked]
             solver.add(z3.Not(z3.And(below, *same)))
-        return model_of(solver, self._check, SolverBudget(EFFORT)) is None
+        return self._model(solver) is None
 
     # ------------------------------------------------------------ labels in words
 

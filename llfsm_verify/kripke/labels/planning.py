@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import product
 from math import prod
@@ -11,7 +12,7 @@ from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.backends.smt.classes import Class, Group
 from llfsm_verify.backends.smt.relation import Terms
-from llfsm_verify.backends.smt.solver import GaveUp
+from llfsm_verify.backends.smt.solver import GaveUp, SolverBudget
 from llfsm_verify.kripke.labels.candidates import candidates, suggest
 from llfsm_verify.kripke.labels.sizes import WIDE, is_wide, size
 from llfsm_verify.program.labelling import Classes, Plan
@@ -97,6 +98,16 @@ class Planner:
         self._possible = possible_values(program, MOST_VALUATIONS)
         self._inits = {v.name: v.init for v in program.vars}
         self._known: dict[tuple[object, ...], list[Class] | None] = {}
+        self._effort = SolverBudget()
+
+    @contextmanager
+    def spending(self, most: int | None) -> Iterator[None]:
+        """Within, the solver does `most` units of work in all (None: as many as it needs). LimitReached beyond."""
+        self._effort = SolverBudget(most)
+        try:
+            yield
+        finally:
+            self._effort = SolverBudget()
 
     # ------------------------------------------------------------ groups
 
@@ -225,7 +236,7 @@ class Planner:
 
     def group(self, split: Split) -> Group:
         """The group, for questions about its labels."""
-        return Group(self._terms, split.choices, split.asked, self._check)
+        return Group(self._terms, split.choices, split.asked, self._check, self._effort)
 
     def _classes(self, split: Split) -> Classes | None:
         values = [self._possible.get(k.var) for k in split.keys]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def labels_of(program: Program, budget: Budget) -> Labels | None:
     """The labels of a program; None: no input is wide.
 
-    Raises LimitReached when time or memory end the work, and KeyboardInterrupt.
+    Raises LimitReached when time, memory or units of work end it, and KeyboardInterrupt.
     """
     if not any(map(is_wide, program.choices)):
         return None
@@ -24,6 +24,7 @@ def labels_of(program: Program, budget: Budget) -> Labels | None:
     from llfsm_verify.kripke.labels.reaching import settle
 
     planner = Planner(program, budget.check)
-    decided = planner.decide()
-    settle(planner, decided, budget)
+    with planner.spending(budget.max_work):
+        decided = planner.decide()
+        settle(planner, decided, budget)
     return Labels(planner, decided)
