@@ -44,7 +44,9 @@ from llfsm_verify.language.types import (
 
 BOOL = BoolType()
 INT = IntType()
-INT64_MIN, INT64_MAX, UINT64_MAX = -(1 << 63), (1 << 63) - 1, (1 << 64) - 1
+INT64_MIN, INT64_MAX = -(1 << 63), (1 << 63) - 1
+LOWEST, HIGHEST = -(1 << 127), (1 << 128) - 1
+"""Of the numbers in which values between are computed: 128 bits, with a sign or without."""
 
 _ARITHMETIC = {"+": "add", "-": "sub", "*": "mul", "/": "div", "%": "mod"}
 _COMPARISON = {"==": "eq", "!=": "ne", "<": "lt", "<=": "le", ">": "gt", ">=": "ge"}
@@ -216,10 +218,10 @@ class ExpressionChecker:
             raise self.fail(
                 "E134", f"`{text[:40]}` starts with 0", node, "write it without the leading 0 (octal in C), or as 0x…"
             )
-        value = int(text, 0) if len(text) <= 80 else UINT64_MAX + 1
+        value = int(text, 0) if len(text) <= 160 else HIGHEST + 1
         value = -value if negative else value
-        if not INT64_MIN <= value <= UINT64_MAX:
-            raise self.fail("E129", "this number does not fit in 64 bits", node)
+        if not LOWEST <= value <= HIGHEST:
+            raise self.fail("E129", "this number does not fit in 128 bits", node)
         return typed.Literal(value, INT, self.span(whole))
 
     def _decimal(self, node: syntax.Decimal, whole: syntax.Node, negative: bool) -> typed.Literal:
@@ -229,9 +231,9 @@ class ExpressionChecker:
         if len(after) > MAX_DIGITS:
             message = f"this number has more than {MAX_DIGITS} digits after the point"
             raise self.fail("E129", message, node, "write fewer digits")
-        value = int(before + after) if len(before) <= 40 else INT64_MAX + 1
-        if value > INT64_MAX:
-            raise self.fail("E129", "this number does not fit in 64 bits", node)
+        value = int(before + after) if len(before) <= 40 else HIGHEST + 1
+        if value > HIGHEST:
+            raise self.fail("E129", "this number does not fit in 128 bits", node)
         return typed.Literal(-value if negative else value, DecimalType(len(after)), self.span(whole))
 
     def _prefix(self, node: syntax.Prefix, expected: Type | None) -> typed.Expression:

@@ -563,7 +563,7 @@ CASES: tuple[Case, ...] = (
     Case("writing a loop's counter", ACTION("for (i in 0..3) §i = 2;"), "E127"),
     Case("a constant out of range", ACTION("n = §16;"), "E128"),
     Case("a local's value out of range", ACTION("0..3 k = §2 + 2;"), "E128"),
-    Case("a number beyond 64 bits", GUARD("big < §18446744073709551616"), "E129"),
+    Case("a number beyond 128 bits", GUARD("big < §340282366920938463463374607431768211456"), "E129"),
     Case("a number beyond an int", ACTION("big = §9223372036854775808;"), "E128"),
     Case("a very long number", GUARD("big < §" + "9" * 5000), "E129"),
     Case("a division by zero", GUARD("n / §0 == 1"), "E130"),

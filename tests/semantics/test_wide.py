@@ -51,6 +51,13 @@ EXPRESSIONS = {
     "c << 17": lambda a, b, c: c << 17,
     "a << 63": lambda a, b, c: a << 63,
     "sqrt(a)": lambda a, b, c: __import__("math").isqrt(a),
+    "340282366920938463463374607431768211455 - a * b": lambda a, b, c: (1 << 128) - 1 - a * b,
+    "c + -0x7fffffffffffffff0000000000000000": lambda a, b, c: c - ((1 << 127) - (1 << 64)),
+    "min(a, 36893488147419103232) % 1000": lambda a, b, c: a % 1000,
+    "c * c == 85070591730234615847396907784232501249 ? 1 : 2": lambda a, b, c: 1 if abs(c) == (1 << 63) - 1 else 2,
+    "c < -85070591730234615847396907784232501249 ? 1 : 0": lambda a, b, c: 0,
+    "340282366920938463463374607431768211455 / (a / 2 + 1)": lambda a, b, c: ((1 << 128) - 1) // (a // 2 + 1),
+    "a * 1.5 >= 27670116110564327422.5 ? 3 : 4": lambda a, b, c: 3 if a == (1 << 64) - 1 else 4,
 }
 
 
@@ -118,6 +125,22 @@ def test_an_int_beside_64_bits_ends_the_run_where_these_do_not_fit() -> None:
     program = lower(
         build_arrangement({"name": "x", "cycle_ms": 1, "whiteboard": board, "machines": machines, "schedule": ["m"]}),
         (),
+    )
+    native = NativeProgram(program)
+    record = native.layout.first()
+    assert native.step(record, 0, {}).status == -1
+    values = native.layout.decode(record), native.layout.initial_outputs()
+    assert Interpreter(program).step(*values, 0, lambda choice: choice.type.low).overflow
+
+
+@pytest.mark.parametrize("number", [(1 << 128) - 1, 1 << 127, (1 << 64) - 1, -(1 << 127)])
+def test_a_number_of_128_bits_beside_an_int_ends_the_run(number: int) -> None:
+    """Also one whose lowest 64 bits look like a small number."""
+    board = {"n": {"type": "int", "init": "0"}, "big": {"type": "bool", "init": "false"}}
+    state = {"name": "S", "on_entry": f"big = (n == 0 ? {number} : n) > 4;"}
+    document = {"name": "x", "cycle_ms": 1, "whiteboard": board, "schedule": ["m"]}
+    program = lower(
+        build_arrangement({**document, "machines": {"m": {"inline": {"machine": "m", "states": [state]}}}}), ()
     )
     native = NativeProgram(program)
     record = native.layout.first()

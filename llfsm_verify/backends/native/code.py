@@ -239,6 +239,9 @@ class FunctionText:
         if not operand.wide:
             return operand.text
         low = self.lowest(operand)
+        if operand.unsigned:
+            self.leave_if(self.name(f"icmp ugt i128 {operand.text}, {INT64_MAX}"), OVERFLOW)
+            return low
         back = self.name(f"sext i64 {low} to i128")
         self.leave_if(self.name(f"icmp ne i128 {back}, {operand.text}"), OVERFLOW)
         return low
