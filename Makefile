@@ -59,7 +59,7 @@ bench-running: $(VENV)/.verify ## Runs and whiteboards beside ROS 1 (where insta
 	$(BIN)/python -m benchmarks.running $(if $(WRITE),--write $(WRITE))
 
 docs: $(VENV)/.docs ## The pages of docs/ as a site in build/site, with the reference of `import llfsm_verify`
-	$(BIN)/python -m mkdocs build --strict
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info

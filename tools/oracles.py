@@ -48,6 +48,7 @@ MODULES = {
     "automata-lib": "automata",
     "cvc5": "cvc5",
     "import-linter": "importlinter",
+    "mkdocs-material": "material",
     "mkdocstrings": "mkdocstrings",
     "mypy": "mypy",
     "networkx": "networkx",
@@ -56,7 +57,7 @@ MODULES = {
     "pygraphviz": "pygraphviz",
 }
 """Modules by the name of the package that brings them."""
-EXTRAS = {"mypy": "check", "mkdocstrings": "docs", "pandas": "pandas"}
+EXTRAS = {"mypy": "check", "mkdocs-material": "docs", "mkdocstrings": "docs", "pandas": "pandas"}
 """The extras of `pyproject.toml` that bring a module, where it is not `draw` or `test`: nothing else needs these."""
 GROUPS: dict[str, tuple[str, ...]] = {
     "core": ("spin", "gcc", "make", "nusmv", *MODULES),

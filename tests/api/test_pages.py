@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import doctest
+import html
 import re
 import subprocess
 import sys
@@ -60,13 +61,41 @@ def test_examples_use_the_front_door_only():
 
 
 def test_the_site_has_every_page():
-    nav = yaml.safe_load(Path("mkdocs.yml").read_text(encoding="utf-8"))["nav"]
-    listed = [page for entry in nav for page in entry.values()]
-    pages = {path.name for path in Path("docs").glob("*.md")}
-    assert len(listed) == len(set(listed)) and set(listed) == pages | {"decisions/README.md"}
+    topics = navigation()
+    listed = [page for pages in topics.values() for page in pages]
+    pages = {path.name for path in Path("docs").glob("*.md")} - {"index.md"}
+    others = {
+        "decisions/README.md",
+        *(f"repository/{name}.md" for name in ("models/README", "CHANGELOG", "CONTRIBUTING")),
+    }
+    assert len(listed) == len(set(listed)) and set(listed) == pages | others
 
 
-@needs("mkdocstrings")
+def test_the_overview_has_the_topics_of_the_site():
+    text = Path("docs/index.md").read_text(encoding="utf-8")
+    parts = re.split(r"^## (.*)$", text, flags=re.MULTILINE)
+    shown = {
+        topic: re.findall(r"\]\(([\w./-]+\.md)\)", part) for topic, part in zip(parts[1::2], parts[2::2], strict=True)
+    }
+    del shown["What it does not do"]
+    assert shown == {
+        topic: [page.replace("repository/", "../") for page in pages] for topic, pages in navigation().items()
+    }
+
+
+def navigation() -> dict[str, list[str]]:
+    """The pages of each topic, without the overview, which is none."""
+    text = Path("mkdocs.yml").read_text(encoding="utf-8")
+    entries = yaml.safe_load(text.split("\nnav:\n")[1].split("\nnot_in_nav")[0])
+    assert entries[0] == {"Overview": "index.md"}
+    return {
+        topic: [page for item in pages for page in item.values()]
+        for entry in entries[1:]
+        for topic, pages in entry.items()
+    }
+
+
+@needs("mkdocstrings", "mkdocs-material")
 @pytest.mark.long
 def test_the_site_builds(tmp_path):
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path / "site")]
@@ -74,3 +103,28 @@ def test_the_site_builds(tmp_path):
     assert done.returncode == 0, done.stderr
     page = (tmp_path / "site" / "api.html").read_text(encoding="utf-8")
     assert 'id="llfsm_verify.api.model.Model.check"' in page and "Steps up to which engines look" in page
+    assert not dead_links(tmp_path / "site")
+    first = (tmp_path / "site" / "index.html").read_text(encoding="utf-8")
+    assert "pictures/traffic_lights.svg" in first and 'data-md-color-scheme="slate"' in first
+    page = (tmp_path / "site" / "tutorial.html").read_text(encoding="utf-8")
+    assert '<span class="nt">whiteboard</span>' in page and '<span class="nl">goes</span>' in page  # YAML, properties
+
+
+def dead_links(site: Path) -> list[str]:
+    """Links and pictures of the pages of a site that lead to no file of it, or to no place of a page."""
+    marks = {
+        path.resolve(): set(re.findall(r'\bid="([^"]+)"', path.read_text(encoding="utf-8")))
+        for path in site.rglob("*.html")
+    }
+    dead = []
+    for path in site.rglob("*.html"):
+        if path.name == "404.html":  # it is shown in place of any page, so its links begin at the root of a host
+            continue
+        for link in re.findall(r'\b(?:href|src)="([^"]*)"', path.read_text(encoding="utf-8")):
+            place, _, mark = html.unescape(link).partition("#")
+            target = (path.parent / place).resolve() if place else path.resolve()
+            if re.match(r"[a-z]+:", place) or (target.is_file() and (not mark or target.suffix != ".html")):
+                continue
+            if mark not in marks.get(target, set()):
+                dead.append(f"{path.relative_to(site)}: {link}")
+    return dead

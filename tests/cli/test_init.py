@@ -25,7 +25,10 @@ def test_a_new_project_holds_and_breaking_a_guard_fails_it_until_it_is_mended(pr
     checked = llfsm("verify", "arrangement.yaml", "properties.ltl")
     assert checked.returncode == 0 and checked.stdout.count("\nholds") == 8
     options = ("-W", "error", "--strict-markers", "--strict-config")
+    written = {path.name for path in folder.iterdir()}
     project.runpytest_inprocess(*options).assert_outcomes(passed=4)
+    ignored = {line.strip("/") for line in (folder / ".gitignore").read_text().splitlines()}
+    assert {path.name for path in folder.iterdir()} - written <= ignored and "traces" not in ignored
     guard = folder / "walkers.machine.yaml"
     text = guard.read_text()
     guard.write_text(text.replace("request && road@RED", "request"))
@@ -51,6 +54,14 @@ def test_nothing_is_overwritten(project):
     assert done.returncode == 3 and "error[E460]: this would overwrite README.md, cars.machine.yaml" in done.stderr
     assert "arrangement.yaml" not in done.stderr
     assert sorted((path.name, path.read_bytes()) for path in folder.iterdir() if path.is_file()) == before
+
+
+def test_an_own_gitignore_is_kept(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / ".gitignore").write_text("mine\n")
+    done = llfsm("init", ".", "--name", "lights")
+    assert done.returncode == 0 and ".gitignore" not in done.stdout
+    assert (tmp_path / ".gitignore").read_text() == "mine\n" and (tmp_path / "arrangement.yaml").exists()
 
 
 @pytest.mark.parametrize(

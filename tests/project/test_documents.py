@@ -84,6 +84,10 @@ def test_what_a_page_shows_is_what_happens(page, tmp_path, forked):
             assert printed.startswith(first + "\n") and printed.endswith("\n" + last)
         else:
             assert printed == shown
+    if page == "README.md":  # a newcomer runs these here
+        made = {path.name for path in tmp_path.iterdir()} - {"models", "properties"}
+        ignored = {line.strip("/") for line in Path(".gitignore").read_text(encoding="utf-8").splitlines()}
+        assert made and made <= ignored
 
 
 @pytest.fixture(scope="module")

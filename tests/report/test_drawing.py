@@ -1,16 +1,19 @@
 from __future__ import annotations
 
+import re
 import struct
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import pytest
 
 from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
+from llfsm_verify.arrangement.model import ACTION_KINDS
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.report.drawing.dot import dot
-from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
+from llfsm_verify.report.drawing.extract import LINE_WIDTH, arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.graph import MAX_NODES, Edge, Graph, Node, shorten, summarise, with_legend
 from llfsm_verify.report.drawing.mermaid import mermaid
 from llfsm_verify.report.drawing.pictures import PIXELS, png, svg
@@ -30,6 +33,7 @@ whiteboard:
   counts: {type: {array: 0..3, size: 2}}
   total: {type: 0..9, init: 0}
   spare: {type: bool}
+  note: {type: {array: {record: {kind: Colour, amount: 0..9}}, size: 4}}
 machines:
   a:
     inline:
@@ -98,9 +102,97 @@ def test_a_machine_shows_states_actions_and_the_order_of_guards():
         ("BUSY", "state"),
         ("Suspend", "suspend"),
     ]
-    assert graph.nodes[1].lines == ("on entry: n = 0; lamp = RED", "internal: counts[n] = 1")
+    assert graph.nodes[1].lines == ("on entry:", "  n = 0;", "  lamp = RED;", "internal: counts[n] = 1")
     assert [e.label for e in graph.edges] == ["", "1: go && total < 3", "2: after_ms(30)", "not go"]
     assert graph.edges[0] == Edge("start", "s0", "", "start")
+
+
+PLANT = load_arrangement_text(
+    """
+name: plant
+cycle_ms: 10
+whiteboard: {power: {type: bool, role: output}, level: {type: 0..9, role: input}, dry: {type: bool, role: input}}
+environment:
+  inline:
+    machine: Tank
+    initial: ANY
+    states:
+      - name: ANY
+        on_entry: level = 5; dry = false;
+        internal: |
+          for (i in 0..1) {
+            if (power && level < 9) level++; // it fills
+
+            else if (level > 0) level--;
+          }
+          dry = power && level == 0 || !power && level == 1 || !power && level == 2; level = dry ? 0 : level;
+          int64 a_rather_long_name = level * 1000 + level * 100 + level * 10 + level;
+        transitions:
+          - {when: not power && level == 3 || power && level == 9 && dry, to: ANY}
+schedule: [m]
+machines: {m: {inline: {machine: M, states: [{name: ON, on_entry: power = true;, stays: true}]}}}
+"""
+)
+
+
+def test_every_line_of_an_action_and_of_a_guard_is_drawn():
+    assert PLANT.environment is not None
+    graph = machine_graph(PLANT.environment)
+    assert graph.nodes[1].lines == (
+        "on entry: level = 5; dry = false",
+        "internal:",
+        "  for (i in 0..1) {",
+        "    if (power && level < 9) level++; // it fills",
+        "    else if (level > 0) level--;",
+        "  }",
+        "  dry = power && level == 0 || !power && level == 1",
+        "      || !power && level == 2; level = dry ? 0 : level;",
+        "  int64 a_rather_long_name = level * 1000 + level * 100 + level",
+        "      * 10 + level;",
+    )
+    assert graph.edges[1].label == "not power && level == 3\n|| power && level == 9 && dry"
+    assert "internal:<br/>#160;#160;for (i in 0..1) #123;<br/>#160;#160;#160;#160;if (power" in mermaid(graph)
+
+
+@pytest.mark.parametrize("path", sorted(Path("models").glob("*/arrangement.yaml")), ids=lambda path: path.parent.name)
+def test_no_statement_of_a_model_is_cut(path):
+    for machine in load_arrangement(str(path)).texts:
+        graph = machine_graph(machine)
+        for state, node in zip(machine.states, graph.nodes[1:], strict=True):
+            drawn = "".join("".join(node.lines).split())
+            statements = [statement for kind in ACTION_KINDS for statement in getattr(state, kind)]
+            assert all("".join(statement.span.text.split()) in drawn for statement in statements)
+            assert all(len(line) <= LINE_WIDTH for line in node.lines)
+        guards = ["".join(t.text.split()) for state in machine.states for t in state.transitions]
+        assert [edge.label.split(": ")[-1].replace("\n", "").replace(" ", "") for edge in graph.edges[1:]] == guards
+
+
+@pytest.mark.parametrize("name", ["level_crossing", "lift", "traffic_lights"])
+def test_arrows_reach_what_they_lead_to(name):
+    load("pygraphviz")
+    graph = arrangement_graph(load_arrangement(f"models/{name}/arrangement.yaml"))
+    root = ET.fromstring(svg(graph))
+    parts = [(g, g.findtext("{*}title")) for g in root.iter("{http://www.w3.org/2000/svg}g")]
+    shapes = {title: _points(g)[0] for g, title in parts if g.get("class") == "node" and _points(g)}
+    arrows = [(_points(g), title.split("->")) for g, title in parts if title and g.get("class") == "edge"]
+    drawn = [(arrow, end) for arrow, ends in arrows for end in ends if end in shapes]
+    assert len(drawn) >= 2 * len(graph.edges)
+    for arrow, end in drawn:
+        distances = [_distance(point, shapes[end]) for points in arrow for point in points]
+        assert min(distances) < 2, (name, end)
+
+
+def _points(group):
+    """Those of the polygons and paths of a group of an SVG."""
+    texts = (shape.get("points") or shape.get("d") for shape in group.iter() if shape.tag.endswith(("polygon", "path")))
+    return [[complex(float(x), float(y)) for x, y in re.findall(r"(-?[\d.]+),(-?[\d.]+)", text)] for text in texts]
+
+
+def _distance(point, shape):
+    """To the nearest side."""
+    sides = [(one, other - one) for one, other in zip(shape, (*shape[1:], shape[0]), strict=True) if one != other]
+    along = [max(0.0, min(1.0, ((point - one) * side.conjugate()).real / abs(side) ** 2)) for one, side in sides]
+    return min(abs(point - one - part * side) for part, (one, side) in zip(along, sides, strict=True))
 
 
 def test_an_arrangement_shows_turns_processes_and_the_whiteboard():
@@ -110,6 +202,10 @@ def test_an_arrangement_shows_turns_processes_and_the_whiteboard():
     names = {n.key: n.title for n in graph.nodes}
     reads = {(names[e.source], names[e.target]) for e in graph.edges if e.kind == "read"}
     assert reads == {("car", "1. timer"), ("ns_turn", "2. ns"), ("ew_turn", "3. ew")}
+    assert next(n for n in GRAPHS["rich"].nodes if n.title == "note").lines == (
+        "array of 4 record {kind: Colour,",
+        "amount: 0..9}",
+    )
     assert {n.group for n in arrangement_graph(RICH).nodes} == {"process left", "process right", ""}
 
 

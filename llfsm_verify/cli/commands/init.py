@@ -19,6 +19,8 @@ from llfsm_verify.files import publish, unfinished
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*", re.ASCII)
 TESTS = "test_model.py.txt"
 """The template of the tests; called so that no tool takes it for a module of ours."""
+NAMES = {"gitignore": ".gitignore"}
+"""Templates whose files are called otherwise: our own git must not obey this one."""
 
 
 def run(options: Namespace) -> int:
@@ -35,6 +37,8 @@ def run(options: Namespace) -> int:
             Diagnostic("E461", f"`{name[:80]}` is not a valid name for an arrangement", hint=hint, file=where)
         )
     texts = _texts(name)
+    if (folder / ".gitignore").exists():  # of a folder that is kept in git already
+        del texts[".gitignore"]
     there = [file for file in texts if (folder / file).exists() or (folder / file).is_symlink()]
     if there:
         message = f"this would overwrite {', '.join(there)}"
@@ -53,7 +57,7 @@ def _texts(name: str) -> dict[str, str]:
     ]
     texts = {}
     for source in sorted(sources, key=lambda source: source.name):
-        file = f"test_{module}.py" if source.name == TESTS else source.name
+        file = f"test_{module}.py" if source.name == TESTS else NAMES.get(source.name, source.name)
         texts[file] = Template(source.read_text(encoding="utf-8")).substitute(name=name, module=module)
     return texts
 

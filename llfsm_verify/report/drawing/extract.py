@@ -7,10 +7,12 @@ from collections.abc import Iterator
 from llfsm_verify.arrangement.model import ACTION_KINDS, Arrangement, Machine, State
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.language.typed import Statement
-from llfsm_verify.report.drawing.graph import Edge, EdgeKind, Graph, Node, NodeKind, shorten
+from llfsm_verify.report.drawing.graph import Edge, EdgeKind, Graph, Node, NodeKind, wrap
 from llfsm_verify.report.drawing.uses import commanded, watched, whiteboard_uses
 
 ACTION_TITLES = {kind: kind.replace("_", " ") for kind in ACTION_KINDS}
+LINE_WIDTH = 64
+LABEL_WIDTH = 40
 TYPE_WIDTH = 32
 LEGEND: tuple[tuple[EdgeKind, str], ...] = (
     ("write", "writes"),
@@ -29,7 +31,7 @@ def machine_graph(machine: Machine) -> Graph:
         Edge(
             f"s{i}",
             f"s{t.target}",
-            (f"{n + 1}: " if len(state.transitions) > 1 else "") + shorten(t.text),
+            _label((f"{n + 1}: " if len(state.transitions) > 1 else "") + t.text),
             "transition",
         )
         for i, state in enumerate(machine.states)
@@ -41,19 +43,40 @@ def machine_graph(machine: Machine) -> Graph:
 
 
 def _state_node(machine: Machine, index: int, state: State) -> Node:
-    variables = tuple(f"{v.name.rsplit('.', 1)[-1]}: {v.type}" for v in state.variables)
-    actions = tuple(
-        f"{ACTION_TITLES[kind]}: {_actions_text(getattr(state, kind))}" for kind in ACTION_KINDS if getattr(state, kind)
-    )
-    runs = (f"runs {', '.join(state.runs)}",) if state.runs else ()
+    variables = [f"{v.name.rsplit('.', 1)[-1]}: {v.type}" for v in state.variables]
+    runs = [f"runs {', '.join(state.runs)}"] if state.runs else []
+    actions = [line for kind in ACTION_KINDS for line in _action_lines(ACTION_TITLES[kind], getattr(state, kind))]
+    lines = tuple(part for line in (*variables, *runs, *actions) for part in wrap(line, LINE_WIDTH))
     kind: NodeKind = "suspend" if index == machine.suspend else "state"
-    return Node(f"s{index}", state.name, (*variables, *runs, *actions), kind)
+    return Node(f"s{index}", state.name, lines, kind)
 
 
-def _actions_text(actions: tuple[Statement, ...]) -> str:
+def _action_lines(title: str, actions: tuple[Statement, ...]) -> list[str]:
+    """An action in the lines of its source; one line follows its title at once."""
+    lines: list[str] = []
+    last = 0
     # One statement of the source can stand for several (`suspend_all()`), all with the same place.
-    texts = dict.fromkeys((s.span.start, s.span.text) for s in actions)
-    return shorten("; ".join(text.strip().rstrip(";") for _, text in texts), 60)
+    for span in {statement.span.start: statement.span for statement in actions}.values():
+        text = span.text.strip().rstrip(";")
+        first, *others = [line.rstrip() for line in (text if text.endswith("}") else f"{text};").splitlines()]
+        if span.line == last:
+            lines[-1] += f" {first}"
+        else:
+            lines.append(first)
+        # A line of a block keeps what it is indented by beyond its statement.
+        lines += [line[min(span.column - 1, len(line) - len(line.lstrip())) :] for line in others if line]
+        last = span.end_position[0]
+    if len(lines) == 1:
+        return [f"{title}: {lines[0].rstrip(';')}"]
+    return [f"{title}:", *(f"  {line}" for line in lines)] if lines else []
+
+
+def _label(text: str) -> str:
+    return "\n".join(_wrapped(text, LABEL_WIDTH))
+
+
+def _wrapped(text: str, width: int) -> tuple[str, ...]:
+    return tuple(line.strip() for line in wrap(" ".join(text.split()), width))
 
 
 def arrangement_graph(arrangement: Arrangement) -> Graph:
@@ -66,7 +89,7 @@ def arrangement_graph(arrangement: Arrangement) -> Graph:
         nodes.append(Node("env", arrangement.environment.name, ("surroundings",), "machine"))
     variables = {w.variable.name: f"w{i}" for i, w in enumerate(arrangement.whiteboard)}
     nodes += [
-        Node(variables[w.variable.name], w.variable.name, (shorten(str(w.variable.type), TYPE_WIDTH),), w.role)
+        Node(variables[w.variable.name], w.variable.name, _wrapped(str(w.variable.type), TYPE_WIDTH), w.role)
         for w in arrangement.whiteboard
     ]
     edges = list(_turns(arrangement, keys))
@@ -110,6 +133,6 @@ def _whiteboard_edges(machine: Machine, key: str, variables: dict[str, str]) -> 
 def _machine_edges(machine: Machine, arrangement: Arrangement, keys: dict[str, str]) -> Iterator[Edge]:
     key = keys[machine.name]
     for name, asked in watched(machine, arrangement).items():
-        yield Edge(keys[name], key, shorten(", ".join(asked)), "watch")
+        yield Edge(keys[name], key, _label(", ".join(asked)), "watch")
     for name, kinds in commanded(machine).items():
         yield Edge(key, keys[name], ", ".join(kinds), "command")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+import textwrap
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -16,11 +19,14 @@ EdgeKind = Literal[
 Mark = Literal["", "visited", "unvisited", "forever", "violating"]
 """What a run that is drawn does in a state."""
 LEGEND = "legend"
+_BREAKS = tuple(map(re.compile, (r"(?<=;) ", r" (?=[?:] )", r" (?=(?:\|\||or) )", r" (?=(?:&&|and) )")))
+"""From operators that bind least to those that bind most."""
 
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """`key` is unique in the graph and made of letters, digits and `_` alone; `lines` stand below the title."""
+    """`key` is unique in the graph and made of letters, digits and `_` alone; `lines` stand below the title, and may
+    begin with spaces."""
 
     key: str
     title: str
@@ -85,3 +91,22 @@ def shorten(text: str, width: int = 48) -> str:
     """One line of at most `width` characters."""
     folded = " ".join(text.split())
     return folded if len(folded) <= width else folded[: width - 1] + "…"
+
+
+def wrap(line: str, width: int) -> list[str]:
+    """A line as lines of at most `width` characters, broken at spaces alone, where operators bind least; those after
+    the first are indented more."""
+    inner = line.lstrip()
+    indent = line[: len(line) - len(inner)]
+    glued = _glue(inner, width - len(indent) - 4, _BREAKS) if len(line) > width else inner
+    wrapper = textwrap.TextWrapper(
+        width, subsequent_indent=f"{indent}    ", break_long_words=False, break_on_hyphens=False
+    )
+    return [part.replace("\xa0", " ") for part in wrapper.wrap(indent + glued)]
+
+
+def _glue(text: str, width: int, breaks: Sequence[re.Pattern[str]]) -> str:
+    """The text with no-break spaces where it need not be broken."""
+    if len(text) <= width:
+        return text.replace(" ", "\xa0")
+    return " ".join(_glue(part, width, breaks[1:]) for part in breaks[0].split(text)) if breaks else text

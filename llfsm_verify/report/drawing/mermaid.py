@@ -91,5 +91,9 @@ def _edge(edge: Edge) -> str:
 
 
 def _escaped(text: str) -> str:
-    """Mermaid's entities start with `#`; whatever could end a label or start markup becomes one."""
-    return "".join(c if c.isalnum() or c in " _.,:=+-@!()/" else f"#{ord(c)};" for c in text)
+    """Mermaid's entities start with `#`; whatever could end a label or start markup becomes one, as do spaces at the
+    beginning, which would be dropped."""
+    inner = text.lstrip(" ")
+    return "#160;" * (len(text) - len(inner)) + "".join(
+        c if c.isalnum() or c in " _.,:=+-@!()/" else f"#{ord(c)};" for c in inner
+    )
