@@ -19,6 +19,8 @@ from llfsm_verify.runtime.debugging.session import Session
 
 PANES = {"machines": "show", "inputs": "inputs", "state": "list", "guards": "why", "steps": "history 12"}
 """The commands whose answers stand in the panes."""
+FOLLOWING = {"state": False, "guards": False, "steps": True}
+"""Panes about the present step, and whether it is at their end."""
 WIDTH = 100
 """Cells of a line in a pane; what is longer is wrapped by the pane."""
 KEYS = {
@@ -52,6 +54,8 @@ class Panes(App[int]):
         self._code = 0
         self.is_busy = False
         """A command is under way."""
+        self.is_shown = False
+        """All panes show what the last command has led to."""
         self.failure: BaseException | None = None
         """What ended the panes and is no mistake of a user."""
 
@@ -148,7 +152,17 @@ class Panes(App[int]):
             result = self._done(line)
             shown = Text(result, "dim") if isinstance(result, str) else Text("\n").join(lines_of(result.parts, WIDTH))
             self.query_one(f"#{name}", Static).update(shown)
+        self.is_shown = False
+        self.call_after_refresh(self._follow)
         self.query_one("#where", Static).update(Text(self._session.where()))
+
+    def _follow(self) -> None:
+        """Let panes about the present step show it: `steps` ends with it. Others stay where somebody scrolled them."""
+        for name, at_end in FOLLOWING.items():
+            pane = self.query_one(f"#{name}").parent
+            assert isinstance(pane, VerticalScroll), "each of them has its own"
+            pane.scroll_to(y=pane.max_scroll_y if at_end else 0, animate=False)
+        self.is_shown = True
 
     def _tell(self, told: str | Text) -> None:
         self.query_one("#told", Static).update(Text(told) if isinstance(told, str) else told)

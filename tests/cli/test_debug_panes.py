@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Awaitable, Callable
 
 import pytest
+from textual.containers import VerticalScroll
 from textual.pilot import Pilot  # noqa: TC002 - it is what tests are driven by
 from textual.widgets import Static
 
@@ -20,12 +21,12 @@ from tests.cli.running import LIGHTS
 Press = Callable[..., Awaitable[None]]
 
 
-def driven(check: Callable[[Panes, Press], Awaitable[None]]) -> Panes:
+def driven(check: Callable[[Panes, Press], Awaitable[None]], size: tuple[int, int] = (140, 50)) -> Panes:
     """A terminal that is none, in which keys are pressed one by one, each command being waited for."""
     app = Panes(Session(Debugger(load_arrangement(LIGHTS), Free)))
 
     async def run() -> None:
-        async with app.run_test(size=(140, 50)) as pilot:
+        async with app.run_test(size=size) as pilot:
 
             async def press(*keys: str) -> None:
                 for key in keys:
@@ -42,6 +43,8 @@ async def pressed(app: Panes, pilot: Pilot[int], key: str) -> None:
     await pilot.pause()
     while app.is_busy:
         await app.workers.wait_for_complete()
+        await pilot.pause()
+    while app.is_running and not app.is_shown:
         await pilot.pause()
 
 
@@ -83,6 +86,37 @@ def test_what_was_expected_and_is_not_so_is_the_exit_code() -> None:
         await press("colon", "q", "enter")
 
     assert driven(check).return_value == 1
+
+
+def visible(app: Panes, name: str) -> str:
+    """The lines of a pane that its place on the screen has room for."""
+    pane = app.query_one(f"#{name}").parent
+    assert isinstance(pane, VerticalScroll)
+    lines = [strip.text for strip in app.screen._compositor.render_strips()]
+    x, y, width, height = pane.content_region
+    return "\n".join(line[x : x + width] for line in lines[y : y + height])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(160, 45), (100, 24)])
+def test_panes_follow_the_present_step(size: tuple[int, int]) -> None:
+    async def check(app: Panes, press: Press) -> None:
+        for _ in range(16):
+            await press("f11")
+        pane = app.query_one("#steps").parent
+        assert isinstance(pane, VerticalScroll) and pane.max_scroll_y > 0, "the steps do not fit"
+        for keys, step in (((), 48), (("b", "b"), 46), (("n",), 48), (("s",), 49)):
+            await press(*keys)
+            assert f"at step {step}," in shown(app, "where")
+            assert f"\n{step} " in visible(app, "steps").replace("\n ", "\n")
+            assert f"step {step} was a ringlet" in " ".join(visible(app, "guards").split())
+        guards = app.query_one("#guards").parent
+        assert isinstance(guards, VerticalScroll)
+        guards.scroll_end(animate=False)
+        await press("s")
+        assert "step 50 was a ringlet" in " ".join(visible(app, "guards").split())
+
+    driven(check, size)
 
 
 def test_every_key_has_a_command() -> None:
