@@ -2,9 +2,9 @@
 
 What a ringlet samples is fixed when its command has taken effect: the inputs that the guards, `internal` and `on_exit`
 of its state mention, those of `on_entry` where it is due, and those of an `on_suspend` or `on_resume` that is due; an
-array or record is sampled whole. With `snapshot: after_entry` the sample also has what the machine's entry actions
-mention; with `snapshot: cycle` the first ringlet of a cycle samples everything, for all; with `snapshot: none` every
-evaluated read is a sample of its own.
+array or record is sampled whole. With `snapshot: after_entry` the sample also has what `on_entry`, `on_suspend` and
+`on_resume` of all states mention; with `snapshot: cycle` the first ringlet of a cycle samples everything, for all; with
+`snapshot: none` every evaluated read is a sample of its own.
 
 A condition over one input is held as its truth, so that wide inputs keep their classes of values (`program.labelling`);
 any other use holds the value.

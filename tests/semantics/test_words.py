@@ -84,6 +84,35 @@ def test_other_snapshots(profile: object) -> None:
     assert verdicts(two(profile), text) == {"same": "holds", "mine": "holds", "not_all": "violated"}
 
 
+def apart(machine: dict[str, object], snapshot: str) -> dict[str, object]:
+    """`idle`, which mentions no input, takes the first turn of each cycle, and `m` the second."""
+    board = {"i": {"type": "bool", "role": "input", "init": True}, "o": {"type": "bool"}}
+    idle = {"machine": "Idle", "states": [{"name": "S", "stays": True}]}
+    machines = {"idle": {"inline": idle}, "m": {"inline": {"machine": "M", **machine}}}
+    profile = {"base": "llfsm", "snapshot": snapshot}
+    return {"whiteboard": board, "machines": machines, "schedule": ["idle", "m"], "profile": profile}
+
+
+def test_with_one_sample_a_cycle_a_machine_without_samples_has_sampled_what_is_stored() -> None:
+    text = "unread: G !m.read(i)\nconstant: G m.sampled(i)\nstored: G (m.sampled(i) <-> i)\nany: G (sampled(i) <-> i)"
+    found = verdicts(apart({"states": [{"name": "S", "stays": True}]}, "cycle"), text)
+    assert found == {"unread": "holds", "constant": "violated", "stored": "holds", "any": "holds"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "sampled"),
+    [("on_entry", True), ("on_suspend", True), ("on_resume", True), ("internal", False), ("on_exit", False)],
+)
+def test_a_sample_after_the_entry_is_for_the_next_entry_into_any_state(kind: str, sampled: bool) -> None:
+    """`m` mentions the input only in a state in which it never is."""
+    states = [
+        {"name": "S", "stays": True},
+        {"name": "T", "transitions": [{"when": "false", "to": "S"}], kind: "o = i;"},
+    ]
+    found = verdicts(apart({"states": states}, "after_entry"), "every: G (m.ran -> m.read(i))\nunread: G !m.read(i)")
+    assert found == ({"every": "holds", "unread": "violated"} if sampled else {"every": "violated", "unread": "holds"})
+
+
 def test_with_a_letter_a_cycle() -> None:
     text = (
         "same: G (sampled(b) <-> lit)\nread: X G one.read(b)\nworld: G (b <-> lit)\nrise: G (rose(lit) -> changed(lit))"
