@@ -12,7 +12,10 @@ from tests.project.test_documents import anchors
 PAGE = Path("docs/glossary.md")
 WORDS, OLD = (
     [line.strip("| ").split(" | ") for line in part.splitlines() if line.startswith("| ")][1:]
-    for part in PAGE.read_text(encoding="utf-8").split("\n## Old names\n")
+    for part in (
+        PAGE.read_text(encoding="utf-8"),
+        Path("CONTRIBUTING.md").read_text(encoding="utf-8").split("\n## Old names\n")[1],
+    )
 )
 LINK = re.compile(r"\[[^]]+\]\(([\w/-]+\.md)(?:#([\w-]+))?\)")
 

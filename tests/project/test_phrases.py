@@ -46,6 +46,15 @@ PHRASES = {
     r"\bis taken away\b": "is removed",
     r"\bwhatever came after\b": "whatever comes after",
     r"\bwatched on\b": "watching goes on",
+    r"\bis a slip of\b": "looks misspelt",
+    r"\bcloser than a cycle\b": "by how much shorter",
+    r"\buses? (it|them) up\b": "removes",
+    r"\b(for|by) another reason than\b": "for the wrong reason",
+    r"\bof one length after the other\b": "of growing length",
+    r"\bstay what they look like\b": "are not turned into",
+    r"\b(that|it|this) is meant here\b|\bthat are meant so\b": "is intended",
+    r"\bis all we had\b": "we had only",
+    r"\b[Ss]ays of (each|every)\b": "for each; lists which",
     r"\blead (it|them) out\b|\bleads (it|them) out\b": "leave; add a transition that leaves",
 }
 """Phrases, as regular expressions, and what to write instead."""
