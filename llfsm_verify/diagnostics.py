@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
@@ -229,6 +229,16 @@ class Diagnostic:
 def counted(number: int, what: str) -> str:
     """``1 step``, ``1,200 steps``: `what` is a noun whose plural only adds an s."""
     return f"{number:,} {what}{'' if number == 1 else 's'}"
+
+
+def meant_at(habits: Mapping[str, str], text: str, at: int) -> str | None:
+    """The hint of the first of `habits`, patterns with what to write instead of them, that is written around the
+    character `at`; groups of the pattern may stand in it."""
+    for pattern, hint in habits.items():
+        for found in re.compile(pattern, re.MULTILINE).finditer(text, max(0, at - 200), at + 200):
+            if found.start() <= at <= found.end():
+                return found.expand(hint)
+    return None
 
 
 def hint_of_near(path: str | Path) -> str | None:

@@ -24,6 +24,36 @@ _LATER = {
     "lint": "`lint` is allowed in an arrangement, a machine, a state, a transition, and the declaration of a variable",
 }
 """What to say of keys that stand nowhere, or not here."""
+_MEANT = {
+    "when": "if guard condition cond",
+    "to": "target goto then next dest destination",
+    "name": "state id title",
+    "machine": "name id",
+    "machines": "fsms fsm",
+    "whiteboard": "variables vars globals shared inputs outputs",
+    "types": "enums enum",
+    "init": "default value initial",
+    "initial": "init start begin initial_state",
+    "internal": "do during loop tick action body",
+    "on_entry": "entry enter",
+    "on_exit": "exit leave",
+    "stays": "final end terminal",
+    "cycle_ms": "period tick step dt cycle",
+    "variables": "vars locals",
+    "schedule": "order sequence",
+    "environment": "plant surroundings",
+}
+"""By key what others call it."""
+_NO_KEY = {
+    "action": "a transition has no action: write it under `on_exit` of this state, or `on_entry` of the next",
+    "input": "write `role: input`",
+    "output": "write `role: output`",
+    "array": "write `type: {array: TYPE, size: N}`",
+}
+
+
+_SHAPES = {"a transition": "write `{when: …, to: STATE}`", "a state": "write `name: STATE`, and its other keys below"}
+"""How what is named is written, where that says more than that it has keys and values."""
 
 
 class Report:
@@ -42,13 +72,21 @@ class Report:
     def mapping(self, node: Node, what: str) -> Mapping | None:
         if isinstance(node, Mapping):
             return node
-        self.error("E030", f"{what} must be a mapping (`key: value`)", mark(node))
+        hint = _SHAPES.get(what)
+        if hint is None and isinstance(node, Sequence):
+            hint = "write `key: value`, one per line, without `-` and `[ ]`"
+        self.error("E030", f"{what} must be a mapping (`key: value`)", mark(node), hint)
         return None
 
     def sequence(self, node: Node, what: str) -> Sequence | None:
         if isinstance(node, Sequence):
             return node
-        self.error("E031", f"{what} must be a list", mark(node), "write `[a, b]`, or one `- …` per line")
+        hint = "write `[a, b]`, or one `- …` per line"
+        if isinstance(node, Mapping):
+            hint = "write `- ` before each of them"
+        elif isinstance(node, Scalar) and (words := re.findall(r"\w+", node.text[:200])):
+            hint = f"write `[{', '.join(words)}]`"
+        self.error("E031", f"{what} must be a list", mark(node), hint)
         return None
 
     def scalar(self, node: Node, what: str) -> Scalar | None:
@@ -86,7 +124,13 @@ class Report:
         return found if complete else None
 
     def unknown_key(self, key: Scalar, what: str, known: tuple[str, ...]) -> None:
-        hint = _LATER.get(key.text) or did_you_mean(key.text, known) or f"known keys: {', '.join(known)}"
+        first = key.text.split(":")[0].split(" ")[0]
+        hint = next((f"write `{k}`" for k, words in _MEANT.items() if k in known and key.text in words.split()), None)
+        if first in known and first != key.text:
+            sign = key.text[len(first)]
+            hint = f"a blank is missing after `{first}:`" if sign == ":" else f"`:` is missing after `{first}`"
+        hint = _LATER.get(key.text) or hint or (_NO_KEY.get(key.text) if "type" in known or "when" in known else None)
+        hint = hint or did_you_mean(key.text, known) or f"known keys: {', '.join(known)}"
         self.error("E033", f"{what} has no key `{key.text[:60]}`", key.span, hint)
 
     def choice(self, node: Node | None, what: str, options: tuple[str, ...], default: str) -> str:
@@ -129,7 +173,7 @@ class Report:
                 "E036",
                 f"`{scalar.text[:60]}` cannot be {what}",
                 scalar.span,
-                "use letters, digits and `_`, no digit first",
+                _named(scalar.text),
             )
             return None
         if scalar.text in RESERVED:
@@ -191,3 +235,13 @@ class Report:
 def is_name(node: Node) -> bool:
     """Whether `Report.name` finds nothing wrong with it."""
     return isinstance(node, Scalar) and _IDENTIFIER.match(node.text) is not None and node.text not in RESERVED
+
+
+def _named(text: str) -> str:
+    """What to write for a name that is none."""
+    words = re.findall(r"\w+", text[:60], re.ASCII)
+    if len(words) > 1 and re.search("[,;|]", text):
+        return "write `,` between values, and `[ ]` around all of them"
+    name = "_".join(words)
+    near = f", such as `{name if not name[0].isdigit() else f'_{name}'}`" if name else ""
+    return f"use letters, digits and `_`, no digit first{near}"

@@ -15,10 +15,10 @@ from llfsm_verify.automata.omega.complement import has_complement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.expressions import letters
-from llfsm_verify.logic.formula import Formula, to_text
+from llfsm_verify.logic.formula import Formula, atoms, to_text
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.logic.reading import read_source
-from llfsm_verify.logic.regular import exclusions
+from llfsm_verify.logic.regular import exclusions, state_groups
 from llfsm_verify.logic.syntaxes.atoms import atom_place
 
 
@@ -117,7 +117,9 @@ def regular_monitor(line: Property, atom_order: Sequence[str], possible: Formula
         for letter in letters(line.expression):
             if not guards.of(letter) & world:
                 message = f"no sequence of configurations matches this: `{to_text(letter)}` holds in none"
-                hint = "a machine is in one state at a time"
+                hint = "write a letter that some configuration satisfies"
+                if state_groups(atoms(letter)):
+                    hint = "a machine is in one state at a time"
         raise DiagnosticError(Diagnostic(codes.REGULAR_NOTHING, message, line.span, hint=hint)) from None
     except EmptyWordForbidden:
         message = f"the empty word matches this, and `{line.kind}` would forbid everything"

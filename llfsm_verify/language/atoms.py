@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence, Sized
 from dataclasses import dataclass, field, replace
 from typing import Literal as OneOf
@@ -11,6 +12,7 @@ from llfsm_verify.diagnostics import DiagnosticError, Fragment
 from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.constants import evaluate
 from llfsm_verify.language.expressions import BOOL, ExpressionChecker
+from llfsm_verify.language.habits import PROPERTY_WORDS, member_meant, word_meant
 from llfsm_verify.language.parser import parse_guard
 from llfsm_verify.language.scope import (
     CALLS,
@@ -227,7 +229,8 @@ class AtomChecker(ExpressionChecker):
             else:
                 own = machine == self.properties.surroundings
                 words = ("entered",) if own else tuple(dict.fromkeys((*OBSERVATIONS, *MACHINE_FUNCTIONS)))
-                near = did_you_mean(name.text, [*view.variables, *view.state_variables, *words])
+                near = member_meant(machine, name.text, (), PROPERTY_FUNCTIONS)
+                near = near or did_you_mean(name.text, [*view.variables, *view.state_variables, *words])
                 known = list(dict.fromkeys([*list(view.variables)[:8], *words]))
                 hint = near or f"known here: {', '.join(f'`{n}`' for n in known)}"
             message = f"machine `{machine}` has no variable `{name.text}`"
@@ -238,7 +241,8 @@ class AtomChecker(ExpressionChecker):
         near = [*self.properties.whiteboard, *enumerators, *self.scope.enumerators, "cycle", *self.properties.machines]
         name = node.name.text
         owners = [f"{m}.{name}" for m, view in self.properties.machines.items() if name in view.variables]
-        hint = f"write {' or '.join(f'`{o}`' for o in owners[:3])}" if owners else did_you_mean(name, near)
+        hint = f"write {' or '.join(f'`{o}`' for o in owners[:3])}" if owners else None
+        hint = hint or self.state_meant(name) or word_meant(name, near, PROPERTY_WORDS) or did_you_mean(name, near)
         return self.fail("E110", f"there is no variable `{name}` on the whiteboard", node.name, hint)
 
     def index(self, node: syntax.Expression, size: int, what: str = "array") -> typed.Expression:
@@ -278,7 +282,7 @@ class AtomChecker(ExpressionChecker):
                     return self._sampled(node, self.machine_named(function.name).name)
                 case "read":
                     return self._sampling(node)
-            hint = did_you_mean(function.steps[0].name.text, MACHINE_FUNCTIONS)
+            hint = f"write `{name}.{word}`" if word in OBSERVATIONS else did_you_mean(word, MACHINE_FUNCTIONS)
             raise self.fail("E113", f"there is no function `{self.span(function).text}`", function, hint)
         if name in ("refused", "faulted"):
             (argument,) = self.arguments(node, 1)
@@ -297,7 +301,8 @@ class AtomChecker(ExpressionChecker):
             )
         if name not in PROPERTY_FUNCTIONS:
             known = f"functions of properties are {', '.join(f'`{n}`' for n in PROPERTY_FUNCTIONS)}"
-            near = None if name in ELSEWHERE else did_you_mean(name, PROPERTY_FUNCTIONS)
+            meant = word_meant(name, PROPERTY_FUNCTIONS, PROPERTY_WORDS)
+            near = None if name in ELSEWHERE else meant or did_you_mean(name, PROPERTY_FUNCTIONS)
             near = f"write `{CALLS[name]}`" if name in MACHINE_FUNCTIONS else near
             raise self.fail("E113", f"there is no function `{name}`", function, near or known)
         return super().call(node)
@@ -363,5 +368,14 @@ class AtomChecker(ExpressionChecker):
 
 def check_atom(fragment: Fragment, scope: PropertyScope) -> typed.Expression:
     """The typed condition that `fragment` writes. Raises DiagnosticError at the first error."""
-    parsed = parse_guard(fragment)
-    return AtomChecker(scope, fragment).boolean(parsed.root)
+    checker = AtomChecker(scope, fragment)
+    try:
+        return checker.boolean(parse_guard(fragment).root)
+    except DiagnosticError as e:
+        if re.search(r"\bafter(?:_ms)?\s*\(", fragment.text):
+            hint = "a property does not wait: ask for the state, or write a bound in time, such as `F[<=3s] p`"
+        elif checker.quoted and re.search(r"\b[GFXURW]\b|->|\[\]|<>", fragment.text):
+            hint = "quotes make one atom of a text: leave them out of a formula with temporal operators"
+        else:
+            raise
+        raise DiagnosticError([replace(d, hint=hint) for d in e.diagnostics]) from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from fractions import Fraction
 from typing import Literal as OneOf
 from typing import cast
@@ -10,6 +11,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
 from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.codes import HINTS
 from llfsm_verify.language.constants import evaluate, interval
+from llfsm_verify.language.habits import member_meant, word_meant
 from llfsm_verify.language.scope import (
     ALL_DONE,
     CALLS,
@@ -23,6 +25,7 @@ from llfsm_verify.language.scope import (
     Scope,
     Table,
     did_you_mean,
+    near_names,
 )
 from llfsm_verify.language.types import (
     MAX_DIGITS,
@@ -101,7 +104,8 @@ class ExpressionChecker:
 
     # ------------------------------------------------------------ expectations
 
-    def boolean(self, node: syntax.Expression) -> typed.Expression:
+    def boolean(self, node: syntax.Expression, beside: syntax.Expression | None = None) -> typed.Expression:
+        """A condition; `beside` is the one that `&&` or `||` joins to it."""
         e = self.expression(node, BOOL)
         if isinstance(e.type, BoolType):
             return e
@@ -111,15 +115,23 @@ class ExpressionChecker:
             text = self.span(node).text
             text = f"({text})" if _is_loose(node) else text
             shown = f"`{text} != 0`" if len(text) <= 60 and "\n" not in text else "`… != 0`"
+            shown = {"0": "`false`", "1": "`true`"}.get(text, shown)
+            shown = self._compared_alike(node, beside) or shown
             raise self.fail(
                 "E120",
                 f"a condition is expected, but this is {'an integer' if is_integer(e.type) else 'a decimal'}",
                 node,
                 f"write {shown}",
             )
-        raise self.fail(
-            "E120", f"a condition is expected, but this is {a_type(e.type)}", node, "compare it with a value"
-        )
+        alike = self._compared_alike(node, beside)
+        hint = f"write {alike}" if alike else "compare it with a value"
+        raise self.fail("E120", f"a condition is expected, but this is {a_type(e.type)}", node, hint)
+
+    def _compared_alike(self, node: syntax.Expression, beside: syntax.Expression | None) -> str | None:
+        """What is meant by `4` in `x == 3 || 4`."""
+        if not isinstance(beside, syntax.Chain) or beside.operators[0] not in _COMPARISON or _is_loose(node):
+            return None
+        return f"`{self.span(beside.operands[0]).text} {beside.operators[0]} {self.span(node).text}`"
 
     def integer(self, node: syntax.Expression) -> typed.Expression:
         e = self.expression(node, INT)
@@ -275,7 +287,7 @@ class ExpressionChecker:
     def _chain(self, node: syntax.Chain, expected: Type | None) -> typed.Expression:
         first = node.operators[0]
         if first in _LOGIC:
-            parts = [self.boolean(o) for o in node.operands]
+            parts = [self.boolean(o, before) for before, o in zip((None, *node.operands), node.operands, strict=False)]
             return self._balanced(parts, cast(BinaryOp, _LOGIC[first]), BOOL)
         if first in _COMPARISON:
             return self._comparison(node)
@@ -609,7 +621,7 @@ class ExpressionChecker:
                 return typed.Literal(expected.values.index(name), expected, self.span(node))
             if not owners:
                 message = f"there is neither a variable nor a value of {expected} called `{name}`"
-                near = did_you_mean(name, [*expected.values, *self.visible()])
+                near = near_names(name, [*expected.values, *difflib.get_close_matches(name, self.visible())])
                 raise self.fail("E110", message, node.name, near or _one_of(expected.values))
             others = " and ".join(str(o) for o in owners)
             near = did_you_mean(name, expected.values) or _one_of(expected.values)
@@ -627,8 +639,19 @@ class ExpressionChecker:
         name = node.name.text
         if name in self.scope.machines:
             instead = f"compare its state with `{name}@STATE`, or share a variable on the whiteboard"
+            if node.steps and isinstance(node.steps[0], syntax.Member):
+                member, machine = node.steps[0].name.text, self.scope.machines[name]
+                own = f"write `{member}`" if name == "self" and member in self.visible() else None
+                instead = own or member_meant(name, member, machine.states, (*FUNCTIONS, *COMMANDS)) or instead
             return self.fail("E148", f"`{name}` is a machine, and others cannot read its variables", node, instead)
-        return self.fail("E110", f"there is no variable `{name}` here", node.name, did_you_mean(name, known))
+        hint = self.state_meant(name) or word_meant(name, known) or did_you_mean(name, known)
+        return self.fail("E110", f"there is no variable `{name}` here", node.name, hint)
+
+    def state_meant(self, name: str) -> str | None:
+        """What to write when a state stands alone."""
+        found = [machine for machine, signature in self.scope.machines.items() if name in signature.states]
+        found = ["self"] if "self" in found else found[:3]
+        return f"write {' or '.join(f'`{machine}@{name}`' for machine in found)}" if found else None
 
     def machine_named(self, name: syntax.Name) -> MachineSignature:
         if self.scope.surroundings:
@@ -703,7 +726,8 @@ class ExpressionChecker:
             raise self.fail("E155", "`choose(…)` must be the whole right side of an assignment", node, hint)
         if name in ("refused", "faulted", "fired"):
             raise self.fail("E145", f"only a property can ask for `{name}`", node)
-        near = None if name in ELSEWHERE else did_you_mean(name, (*FUNCTIONS, *ROUNDING, *COMMANDS))
+        known = (*FUNCTIONS, *ROUNDING, *COMMANDS)
+        near = None if name in ELSEWHERE else word_meant(name, known) or did_you_mean(name, known)
         raise self.fail("E113", f"there is no function `{name}`", node.function, near)
 
     def arguments(self, node: syntax.Call, count: int) -> tuple[syntax.Expression, ...]:

@@ -6,11 +6,13 @@ import re
 from functools import cache, lru_cache
 from typing import cast
 
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, meant_at
 from llfsm_verify.grammars import END, Parser, Token, Unfit, Unknown, parser_of
 from llfsm_verify.language.builder import Builder, TooDeep
 from llfsm_verify.language.codes import HINTS
+from llfsm_verify.language.habits import IN_ACTIONS, IN_GUARDS, statement_word
 from llfsm_verify.language.limits import check_limits, nesting_error
+from llfsm_verify.language.scope import COMMANDS
 from llfsm_verify.language.syntax import Expression, ParsedActions, ParsedExpression, Statement
 
 
@@ -60,6 +62,13 @@ _NOT_IN_THE_LANGUAGE = {
     "'": "the language has no strings or characters; use an enumeration",
     '"': "the language has no strings or characters; use an enumeration",
     "\\": "write everything without `\\`",
+    "$": "write the name alone",
+    "`": "write the name alone",
+    "→": "write `!a || b` for `a → b`",
+    **{
+        sign: f"write `{ours}`"
+        for sign, ours in zip("≤≥≠¬∧∨−–·×", ["<=", ">=", "!=", "!", "&&", "||", "-", "-", "*", "*"], strict=True)
+    },
 }
 
 
@@ -86,6 +95,7 @@ def _unexpected(fragment: Fragment, token: Token, expected: frozenset[str], star
         return Diagnostic(
             "E101", f"unexpected `{text[start_of:end_of]}`", fragment.span(start_of, end_of), hint=instead
         )
+    habit = meant_at(IN_GUARDS if start == "guard" else IN_ACTIONS, text, at)
     number = next((n for n in _HALF_NUMBERS.finditer(text) if n.start() <= at < n.end()), None)
     if number is not None:
         message, instead = f"`{number[0]}` is not a number", f"write `{_whole(number[0])}`"
@@ -103,34 +113,32 @@ def _unexpected(fragment: Fragment, token: Token, expected: frozenset[str], star
         return Diagnostic(
             "E101", "this comment is never closed", fragment.span(opening, opening + 2), hint="write `*/`"
         )
-    if (
-        "SEMICOLON" in expected
-        and "IF" not in expected
-        and (token.type in (END, "RBRACE", "IF", "FOR") or _on_a_later_line(text, at))
-    ):
+    brackets = None if habit else _unmatched(text, token)
+    if brackets is not None:
+        wrong, message, instead = brackets
+        return Diagnostic("E101", message, fragment.span(wrong.start, wrong.end), hint=instead)
+    ended = token.type in (END, "RBRACE", "IF", "FOR", "ELSE") or _on_a_later_line(text, at)
+    if not habit and "SEMICOLON" in expected and "IF" not in expected and (ended or _begins_statement(text, at)):
         before = len(text[:at].rstrip())
         return Diagnostic(
             "E103", "`;` is missing after this statement", fragment.span(max(0, before - 1), before), hint="write `;`"
         )
     if token.type == END:
-        return Diagnostic("E101", "the text ends too early", span, hint=_expectation(expected))
-    if token.type == "ELSE":
+        return Diagnostic(
+            "E101", "the text ends too early", span, hint=habit or _expectation(expected, start, text, at)
+        )
+    if token.type == "ELSE" and not habit:
         hint = "`else` follows the one statement of an `if`; write several in `{ … }`"
         return Diagnostic("E101", "this `else` has no `if`", span, hint=hint)
-    around = text[max(0, at - 1) : at + 2]
-    hint = _expectation(expected)
-    if token.text == "==" and "EQUAL" in expected:
+    hint = habit or _expectation(expected, start, text, at)
+    if token.text in ("==", "<=", "<<") and start == "actions" and "EQUAL" in expected:
         hint = "write `=` to assign"
-    if "->" in around:
-        return Diagnostic(
-            "E101", f"unexpected `{token.text}`", span, hint="`->` is not an operator of guards and actions"
-        )
     if token.type == "NAME" and at > 0 and text[at - 1].isdigit():
         start_of_number = at - 1
         while start_of_number > 0 and (text[start_of_number - 1].isalnum() or text[start_of_number - 1] in "._"):
             start_of_number -= 1
         whole = fragment.span(start_of_number, token.end)
-        instead = "write digits, such as 12 or 0.5, or 0x and hexadecimal digits"
+        instead = habit or "write digits, such as 12 or 0.5, or 0x and hexadecimal digits"
         if re.fullmatch(r"[0-9.]+[eE][0-9]*", whole.text):
             instead = "write it without an exponent, such as 0.001"
         return Diagnostic("E134", f"`{whole.text}` is not a number", whole, hint=instead)
@@ -152,6 +160,13 @@ SLIPS = {
     "=>": "write `>=`",
     "=<": "write `<=`",
     ":=": "write `=` to assign",
+    "<-": "write `=` to assign",
+    "!==": "write `!=`",
+    "===": "write `==`",
+    "<>": "write `!=`",
+    "...": "write `..`",
+    "&&=": "write `x = x && …`",
+    "||=": "write `x = x || …`",
     "::": "write `.`",
     ">>>": "write `>>`, which keeps the sign of types that have one",
     "^^": "write `!=`",
@@ -183,14 +198,51 @@ def _on_a_later_line(text: str, at: int) -> bool:
     return "\n" in text[len(text[:at].rstrip()) : at]
 
 
-def _expectation(expected: frozenset[str]) -> str:
-    if "EQUAL" in expected:
-        return "write an assignment, such as `x = 1;`, or a command, such as `suspend(m);`"
+_BRACKETS = {"LPAR": "RPAR", "LSQB": "RSQB", "LBRACE": "RBRACE"}
+_SIGNS = {"LPAR": ")", "LSQB": "]", "LBRACE": "}"}
+
+
+def _unmatched(text: str, token: Token) -> tuple[Token, str, str] | None:
+    """The bracket that is wrong where `token` is not expected, what is wrong with it, and what to write."""
+    opened: list[Token] = []
+    for each in _parser().tokens(text):
+        if each.start >= token.start:
+            break
+        if each.type in _BRACKETS:
+            opened.append(each)
+        elif each.type in _BRACKETS.values():
+            opened.pop()
+    last = opened[-1].type if opened else ""
+    if token.type in _BRACKETS.values() and not opened:
+        return token, f"this `{token.text}` closes nothing", "remove it"
+    closes = token.type in _BRACKETS.values() and _BRACKETS[last] != token.type
+    stops = token.type in ("SEMICOLON", "LBRACE") and last in ("LPAR", "LSQB")
+    stores = token.type in ("EQUAL", "STORE") and last == "LSQB"
+    if opened and (closes or stops or stores or token.type == END):
+        return opened[-1], f"this `{opened[-1].text}` is never closed", f"write `{_SIGNS[last]}`"
+    return None
+
+
+_IS_STATEMENT = re.compile(rf"\s*(?:(?:{'|'.join(COMMANDS)})\s*\(|[^=]*[^=!<>]=(?!=)|[\w.\[\]]*(?:\+\+|--))")
+_STATEMENT = re.compile(r"[A-Za-z_][\w.\[\]]*\s*(?:=(?!=)|[-+*/%&|^]=|\+\+|--)")
+
+
+def _begins_statement(text: str, at: int) -> bool:
+    """Whether a statement begins at `at`, behind another one that lacks its end."""
+    current = text[max(text.rfind(sign, 0, at) for sign in ";{}") + 1 : at]
+    return _STATEMENT.match(text, at) is not None and _IS_STATEMENT.match(current) is not None
+
+
+def _expectation(expected: frozenset[str], start: str, text: str, at: int) -> str:
+    if start == "actions":
+        if (word := statement_word(text, at)) is not None:
+            return word
+        if expected & {"EQUAL", "IF"}:
+            return "write an assignment, such as `x = 1;`, or a command, such as `suspend(m);`"
     if expected & {"INTEGER", "NAME"} and "LPAR" in expected:
         return "an operand is missing before it"
-    if "SEMICOLON" in expected and "IF" not in expected:
+    if "SEMICOLON" in expected and start == "actions":
         return "`;` or an operator is missing before it"
-    for terminal, text in (("RPAR", ")"), ("RSQB", "]"), ("RBRACE", "}"), ("COLON", ":")):
-        if terminal in expected:
-            return f"`{text}` or an operator is missing before it"
-    return HINTS["E101"]
+    if "?" in text and "COLON" in expected:
+        return "`:` or an operator is missing before it"
+    return "an operator, such as `&&`, is missing before it" if expected & {"AND", "OR"} else HINTS["E101"]

@@ -129,9 +129,15 @@ def _likeness(name: str, other: str) -> float:
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str | None:
-    """A hint that names up to three of `known` that look like `name`, or all of them when they are few. Of names that
-    differ in case only, the one that is closest to `name` counts, or else the first."""
+    """A hint that names up to three of `known` that look like `name`, or all of them when they are few."""
     names = list(dict.fromkeys(known))
+    near = near_names(name, names)
+    return near or (f"known here: {', '.join(f'`{n}`' for n in names)}" if 0 < len(names) <= 6 else None)
+
+
+def near_names(name: str, names: list[str]) -> str | None:
+    """A hint that names up to three of `names` that look like `name`. Of names that differ in case only, the one that
+    is closest to `name` counts, or else the first."""
     lowered: dict[str, list[str]] = {}
     for each in names:
         lowered.setdefault(each.lower(), []).append(each)
@@ -139,6 +145,4 @@ def did_you_mean(name: str, known: Iterable[str]) -> str | None:
     if near:
         closest = (max(lowered[n], key=lambda each: _likeness(name[:100], each)) for n in near)
         return "did you mean " + " or ".join(f"`{each}`" for each in closest) + "?"
-    if 0 < len(names) <= 6:
-        return "known here: " + ", ".join(f"`{n}`" for n in names)
     return None

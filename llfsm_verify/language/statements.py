@@ -11,8 +11,10 @@ from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.codes import HINTS
 from llfsm_verify.language.constants import evaluate
 from llfsm_verify.language.expressions import INT, ROUNDED, BitOp, ExpressionChecker, a_type
+from llfsm_verify.language.habits import member_meant, word_meant
 from llfsm_verify.language.limits import MAX_ITERATIONS, MAX_UNROLLED
 from llfsm_verify.language.scope import (
+    CALLS,
     CHOOSE,
     COMMANDS,
     DECIMAL_NAMES,
@@ -139,7 +141,8 @@ class ActionChecker(ExpressionChecker):
         kind = basic_type(node.name) or self.scope.types.get(node.name)
         if kind is None:
             names = (*TYPE_NAMES, *self.scope.types)
-            hint = DECIMAL_TYPE if node.name.lower() in DECIMAL_NAMES else did_you_mean(node.name, names)
+            word = f"write `{CALLS[node.name]};`" if node.name in COMMANDS else word_meant(node.name, names)
+            hint = DECIMAL_TYPE if node.name.lower() in DECIMAL_NAMES else word or did_you_mean(node.name, names)
             raise self.fail("E116", f"there is no type `{node.name}`", node, hint)
         if isinstance(kind, ArrayType | RecordType):
             raise self.fail(
@@ -386,9 +389,13 @@ class ActionChecker(ExpressionChecker):
             raise self.fail("E156", "the model of the surroundings gives no commands", node, hint)
         if node.function.steps or name not in COMMANDS:
             if not node.function.steps and name not in RESERVED:
-                hint = did_you_mean(name, COMMANDS) or f"commands are {', '.join(f'`{c}`' for c in COMMANDS)}"
-                raise self.fail("E113", f"there is no command `{name}`", node.function, hint)
-            raise self.fail("E141", "a value alone does nothing", node, "assign it, or use it in a condition")
+                near = word_meant(name, COMMANDS) or did_you_mean(name, COMMANDS)
+                known = f"commands are {', '.join(f'`{c}`' for c in COMMANDS)}"
+                raise self.fail("E113", f"there is no command `{name}`", node.function, near or known)
+            steps, meant = node.function.steps, None
+            if len(steps) == 1 and isinstance(steps[0], syntax.Member) and name in self.scope.machines:
+                meant = member_meant(name, steps[0].name.text, (), COMMANDS)
+            raise self.fail("E141", "a value alone does nothing", node, meant or "assign it, or use it in a condition")
         if name == "suspend_all":
             self.arguments(node, 0)
             return tuple(typed.Command("suspend", other, span) for other in self.scope.others)

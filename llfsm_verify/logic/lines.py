@@ -97,6 +97,8 @@ def read_line(text: Fragment, tokens: list[Token]) -> Line:
                 raise _misspelt(text, match.span(2), f"{kind} {name}", f"{kind} {name.lower()}")
             raise _nameless(text, first, f"{kind} {name}")
         body = [t for t in tokens if t.start >= match.end()]
+        if kind is None and body:
+            _refuse_late_kind(text, name, body)
         written = cast(Kind, " ".join(kind.split()) if kind else "ltl")
         return Line(written, name, True, (match.start(), match.end(2)), Words(text, body))
     _refuse_unknown_kind(text, first)
@@ -108,6 +110,22 @@ def read_line(text: Fragment, tokens: list[Token]) -> Line:
     _refuse_colon(text, tokens)
     line = text.span(first.start, last.end).line
     return Line("ltl", f"L{line}", False, (first.start, last.end), Words(text, tokens))
+
+
+def _refuse_late_kind(text: Fragment, name: str, body: list[Token]) -> None:
+    """DiagnosticError (E312) when the kind of a property stands behind its name, as reports print it."""
+    word = _KIND_WORD.match(text.text, body[0].start)
+    if word is None:
+        return
+    kind = " ".join(word[1].split())
+    rest = body[len(kind.split()) :]
+    if not rest or rest[0].type in BINARY - {"MINUS"} | {"DOT", "AT"}:
+        return
+    if [t.type for t in rest[:3]] in (["LSQB", "NUMBER", "RSQB"], ["LSQB", "MINUS", "NUMBER"]):
+        return  # an element of an array of that name
+    message = f"`{kind}` stands before the name of a property"
+    hint = f"write `{kind} {name}: {Words(text, rest).excerpt(0, len(rest) - 1)}`"
+    raise DiagnosticError(Diagnostic(codes.BAD_NAME, message, text.span(*word.span(1)), hint=hint))
 
 
 def _nameless(text: Fragment, first: Token, kind: str) -> DiagnosticError:

@@ -17,6 +17,7 @@ from llfsm_verify.logic.lines import Kind, Line, logical_lines, read_line
 from llfsm_verify.logic.parsing.bounds import time_bounds
 from llfsm_verify.logic.parsing.definitions import Definitions, Member, family, is_definition, is_family
 from llfsm_verify.logic.parsing.formulas import parse_words
+from llfsm_verify.logic.parsing.habits import with_habit
 from llfsm_verify.logic.parsing.patterns import read_pattern
 from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, Token, tokenise
 from llfsm_verify.logic.reading import GivenLines
@@ -156,9 +157,11 @@ def _read(
     for name, place in defined.places().items():
         definitions.setdefault(name, place)
     for words, member in lines:
+        regular = False
         try:
             line = _named(read_line(text, words), syntax)
             line = replace(line, name=line.name + member.suffix)
+            regular = line.kind in ("enforce", "forbid", "forbid initially")
             span = text.span(*line.header)
             first = places.setdefault(line.name, (span, line.named))
             if first[0] is not span:
@@ -166,7 +169,7 @@ def _read(
                 continue
             yield _property(line, text, syntax, features, defined, member)
         except DiagnosticError as e:
-            yield from e.diagnostics
+            yield from (with_habit(d, regular) if syntax == "llfsm" else d for d in e.diagnostics)
 
 
 _FORMAT = re.compile(r"^[ \t]*#[ \t]*format[ \t]*:[ \t]*([0-9]+)[ \t]*$", re.MULTILINE)

@@ -121,9 +121,9 @@ class Case:
 
 CASES: tuple[Case, ...] = (
     # ---------------------------------------------------------------- YAML
-    Case("an unclosed flow list", "schedule: [m\nmachines§: 1\n", "E010"),
+    Case("an unclosed flow list", "schedule: §[m\nmachines: 1\n", "E010"),
     Case("a tab as indentation", "machines:\n§\tm: 1\n", "E010"),
-    Case("an unclosed quote", 'name: "abc§\n', "E010"),
+    Case("an unclosed quote", 'name: §"abc\n', "E010"),
     Case("a list where the schedule's mapping ends", "name: a\n§- b\n", "E010"),
     Case("depth 65", "name: " + "[" * 63 + "§[" + "]" * 64 + "\n", "E012"),
     Case("100,000 opening brackets", "name: " + "[" * 63 + "§[" + "[" * 99936, "E012"),
@@ -452,7 +452,7 @@ CASES: tuple[Case, ...] = (
     Case("a guard that ends too early", GUARD("car &§&"), "E101"),
     Case("an operand is missing", GUARD("car && §|| car"), "E101"),
     Case("a bracket too many", GUARD("(car)§)"), "E101"),
-    Case("a bracket too few", GUARD("(ca§r"), "E101"),
+    Case("a bracket too few", GUARD("§(car"), "E101"),
     Case("a shift of a range", GUARD("§n << 1 == 2"), "E161"),
     Case("bits of two widths", FRAMED(action="u = u & §v;", board="  v: {type: int8}"), "E161"),
     Case("bits of constants", ACTION("n = §1 << n;"), "E161"),

@@ -87,7 +87,7 @@ def test_the_words_of_a_definition_stand_at_its_place() -> None:
         ("for X in {a}: x: X", [("E318", "`X` is a word of formulas", 1, "X")]),
         ("for l in {}: x: l", [("E318", "a value is missing between the commas", 1, "l")]),
         ("for l in {a, a}: x: l", [("E318", "`l` has a value twice", 1, "l")]),
-        ("for l in {a b}: x: l", [("E318", "`a b` is not a name or a number", 1, "l")]),
+        ("for l in {a b}: x: l", [("E318", "`a b` is not a name or a number", 1, "a b")]),
         ("for l in 3..1: x: l", [("E318", "a range ends before it starts", 1, "l")]),
         ("for i in 0..40, j in 0..40: x: i == j", [("E318", "this is more than 1,000 properties", 1, "j")]),
         ("for l in {a}, l in {b}: x: l", [("E318", "two names of a family are the same", 1, "for")]),

@@ -243,7 +243,7 @@ def test_mistakes(text: str, code: str, message: str | None) -> None:
         ("G (q precedes p)", "E322", "precedes", "write `!p W s` for `s precedes p`"),
         ("q responds p", "E322", "responds", "write `s responds to p`"),
         ("F p after q", "E322", "after", "a scope belongs to a pattern: `absence of p after q`"),
-        ("absence of p within 5s", "E322", "within", "only `s responds to p` takes `within`"),
+        ("absence of p within 5s", "E322", "within", "only `s responds to p` takes `within 5s`"),
         ("q responds to p after r within 5s", "E319", "within 5s", "write `q responds to p within 5s after r`"),
         (
             "q responds to p between r and s within",

@@ -154,6 +154,10 @@ def _instance(
     reading: Reading, key: Scalar, node: Node, what: str | None = None, keys: tuple[str, ...] = INSTANCE_KEYS
 ) -> InstanceDraft:
     what = what or f"machine `{key.text}`"
+    if isinstance(node, Mapping) and {"machine", "states"} & {k.text for k, _ in node.items}:
+        hint = "write `inline:` above them, and indent them by more"
+        reading.error("E060", f"{what} has the keys of a machine", key.span, hint)
+        return InstanceDraft(key, UNREADABLE)
     fields = reading.fields(node, what, keys) if is_name(key) else None
     if fields is None:
         return InstanceDraft(key, UNREADABLE)

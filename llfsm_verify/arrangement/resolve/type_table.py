@@ -43,6 +43,9 @@ def elements(t: Type) -> int:
     return 1
 
 
+_TEXTS = "there are no texts: declare an enumeration under `types`"
+
+
 class TypeTable:
     """The named types of an arrangement, resolved in whatever order they refer to each other."""
 
@@ -147,6 +150,7 @@ class TypeTable:
             hint = DECIMAL_TYPE if text.lower() in DECIMAL_NAMES or _DECIMAL_RANGE.match(text) else None
             hint = (
                 hint
+                or _type_meant(text)
                 or did_you_mean(text, known)
                 or "write `bool`, `0..15`, `int8` to `uint64`, `int` or a name from `types`"
             )
@@ -165,6 +169,12 @@ class TypeTable:
             return None if fields is None else self._decimal(fields["decimal"], fields["range"])
         if keys and not keys & {"array", "size"}:
             known = "`{array: TYPE, size: N}`, `{record: {x: TYPE}}` or `{decimal: 0.01, range: -1.0..1.0}`"
+            values = next((value for key, value in node.items if key.text == "enum"), None)
+            listed = ", ".join(key.text for key, _ in node.items[:6])
+            if isinstance(values, Sequence):
+                known = "the list alone, under `types`"
+            elif all(isinstance(value, Scalar) and not value.text for _, value in node.items):
+                known = f"`[{listed}]` for an enumeration"
             self.report.error("E042", "this is not a type", mark(node), f"write {known}")
             return None
         fields = self.report.fields(node, "an array type", ("array", "size"), ("array", "size"))
@@ -229,3 +239,14 @@ class TypeTable:
             self.report.error("E042", "a record needs at least one field", mark(node))
             return None
         return RecordType(tuple(fields))
+
+
+def _type_meant(text: str) -> str | None:
+    """What to write for a range or a list of values in another notation."""
+    ends = re.fullmatch(r"[(\[]?\s*(-?\d+)\s*(?:-|\.{3}|:|to|,)\s*(-?\d+)\s*[)\]]?", text)
+    if ends is not None:
+        return f"write `{ends[1]}..{ends[2]}`"
+    words = re.findall(r"[A-Za-z_]\w*", text[:200], re.ASCII)
+    if len(words) > 1 and re.fullmatch(r"[(]?[\w\s,;|]+[)]?", text) and re.search("[,;|]", text):
+        return f"write `[{', '.join(words[:6])}{', …' if len(words) > 6 else ''}]` under `types`"
+    return _TEXTS if text.lower() in ("string", "str", "char", "text") else None

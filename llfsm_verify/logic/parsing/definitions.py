@@ -29,6 +29,8 @@ _FOR = re.compile(r"for[ \t]+[A-Za-z_][A-Za-z0-9_]*[ \t]+in\b")
 _COMMENT = re.compile(r"#[^\n]*")
 _LOOP = re.compile(r"\s*([A-Za-z_]\w*)\s+in\s*(?:\{([^{}]*)\}|([0-9]{1,9})\s*\.\.\s*([0-9]{1,9}))\s*([,:])", re.ASCII)
 _VALUE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*|[0-9]{1,9}", re.ASCII)
+_NO_VALUE = re.compile(r"[-+][ ]?[0-9]+(?:\.[0-9]+)?|[0-9]+\.[0-9]+", re.ASCII)
+_NUMBERS = "values are names and numbers from 0 on, without a point: write these properties one by one"
 _HINT = "write `for l in {ns, ew}: name: formula`, or `for i in 0..3: …`"
 
 
@@ -83,9 +85,11 @@ def family(text: Fragment, line: list[Token]) -> tuple[dict[str, Span], list[Mem
     loops, end = _head(text.text, line)
     place = text.span(line[0].start, line[0].end)
     if end is None:
-        raise DiagnosticError(
-            Diagnostic(codes.FAMILY, "this does not say which values the names have", place, hint=_HINT)
-        )
+        message, hint = "this does not say which values the names have", _HINT
+        number = _NO_VALUE.search(text.text, line[0].start, line[min(9, len(line) - 1)].start)
+        if number is not None:
+            message, hint, place = f"`{number[0]}` is not a value of a family", _NUMBERS, text.span(*number.span())
+        raise DiagnosticError(Diagnostic(codes.FAMILY, message, place, hint=hint))
     size = 1
     for name, values, at in loops:
         size *= len(values)
@@ -96,7 +100,10 @@ def family(text: Fragment, line: list[Token]) -> tuple[dict[str, Span], list[Mem
         wrong = next((v for v in values if not _VALUE.fullmatch(v)), None)
         if wrong is not None:
             message = f"`{wrong[:40]}` is not a name or a number" if wrong else "a value is missing between the commas"
-            raise DiagnosticError(Diagnostic(codes.FAMILY, message, span, hint=_HINT))
+            begin = text.text.find(wrong, at + len(name))
+            span = text.span(begin, begin + len(wrong)) if wrong else span
+            hint = _NUMBERS if _NO_VALUE.fullmatch(wrong) else _HINT
+            raise DiagnosticError(Diagnostic(codes.FAMILY, message, span, hint=hint))
         if len(set(values)) < len(values):
             raise DiagnosticError(Diagnostic(codes.FAMILY, f"`{name}` has a value twice", span, hint="remove one"))
         if not values or size > MAX_FAMILY:

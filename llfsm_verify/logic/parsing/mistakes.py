@@ -63,7 +63,7 @@ def misfit(words: Words, i: int) -> DiagnosticError:
 def refuse_operator(words: Words, i: int) -> None:
     """DiagnosticError when the name number `i`, which looks like a function, is `GF`, or an operator of others."""
     name = words.tokens[i].text
-    if _JOINED.match(name) or name in _CTL or name.lower() in _PREFIXES:
+    if _JOINED.match(name) or name in _CTL or name.lower() in _PREFIXES | {"never"}:
         raise _operator_missing(words, i + 1)
 
 
@@ -76,7 +76,8 @@ def _joined(words: Words, i: int) -> DiagnosticError:
 
 def _operator_missing(words: Words, i: int) -> DiagnosticError:
     before, token = words.tokens[i - 1], words.tokens[i]
-    if before.type == "NAME" and _JOINED.match(before.text):
+    compared = i > 1 and words.tokens[i - 2].type in ("COMPARE", "ASSIGN", "MINUS", "ARITHMETIC")
+    if before.type == "NAME" and _JOINED.match(before.text) and not compared:
         return _joined(words, i - 1)
     hint = None
     if token.text == "<>":
@@ -95,7 +96,7 @@ def _operator_missing(words: Words, i: int) -> DiagnosticError:
         hint = f"a property of the kind `{kind}` is a line of its own: `{kind} NAME: …`"
     elif token.type == "COMMA" and [t.type for t in words.tokens[i - 1 : i + 2]] == ["NUMBER", "COMMA", "NUMBER"]:
         hint = f"write `{before.text}.{words.tokens[i + 1].text}`"
-    hint = hint or _pattern_meant(words, i)
+    hint = hint or _pattern_meant(words, i) or "write an operator there, such as `&&` or `->`"
     message = f"there is no operator between `{before.text}` and `{token.text}`"
     return words.error(codes.OPERATOR_MISSING, message, i, i, hint)
 
@@ -154,6 +155,8 @@ def _operator_as_name(words: Words, i: int) -> DiagnosticError:
     token = words.tokens[i]
     message = f"`{token.text}` is an operator, and its operands are missing"
     hint = f'write `"{token.text}"` for a variable of that name'
+    if i > 0 and (i + 1 == len(words.tokens) or words.tokens[i + 1].type == "RPAR") and token.type in PREFIX:
+        hint = f'write a formula after it, or `"{token.text}"` for a variable of that name'
     if bound := _BOUND.match(words.fragment.text, token.end):
         hint = f"{hint}, or `{token.text}[{''.join(bound[0].split())}]` for a bound in time"
     return words.error(codes.OPERATOR_AS_NAME, message, i, i, hint)

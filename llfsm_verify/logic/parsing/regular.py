@@ -9,6 +9,7 @@ from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import repeat
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, apply, atom, depth, is_boolean
 from llfsm_verify.logic.parsing.formulas import MAX_DEPTH, Parsed, parse_words
+from llfsm_verify.logic.parsing.tokens import PREFIX, TEMPORAL_PAIRS
 from llfsm_verify.logic.parsing.words import Words, check_words
 
 MAX_REPETITIONS = 10_000
@@ -134,7 +135,7 @@ def _letter(words: Words, i: int, atoms: dict[str, Fragment]) -> tuple[Formula, 
         parsed = parse_words(Words(words.fragment, tokens[i + 1 : last]))
         if not is_boolean(parsed.formula):
             message = "a letter speaks of one configuration, and this formula has a temporal operator"
-            raise words.error(codes.REGULAR_LETTER, message, i, last, "write it as a property of its own")
+            raise words.error(codes.REGULAR_LETTER, message, i, last, "write it as a property of its own: `NAME: …`")
         for key, place in parsed.atoms.items():
             atoms.setdefault(key, place)
         return parsed.formula, last
@@ -175,8 +176,13 @@ def _no_letter(words: Words, i: int) -> DiagnosticError:
         hint = "write `[!…]`: put a formula into brackets"
     elif token.type in ("COMMA", "AND", "DOT"):
         hint = "write letters next to each other: `a b`; put a formula into brackets: `[a && b]`"
-    elif len(token.text) == 1 and token.text.isupper():
-        hint = f'write `"{token.text}"` for a variable of that name'
+    elif token.type in PREFIX | TEMPORAL_PAIRS and token.text.isalpha():
+        rest = words.tokens[i + 1 :]
+        bare = len(rest) > 2 and rest[0].type == "LPAR" and rest[-1].type == "RPAR"
+        inner = words.excerpt(i + 1 + bare, len(words.tokens) - 1 - bare) if rest and i == 0 else "…"
+        hint = f'letters have no temporal operators: write `[{inner}]`, or `"{token.text}"` for a variable'
+    elif token.type in ("COMPARE", "IMPLIES", "IFF", "XOR", "MINUS", "ARITHMETIC", "ASSIGN") and i == 1:
+        hint = f"put a formula into brackets: `[{words.excerpt(0, len(words.tokens) - 1)}]`"
     return words.error(
         codes.REGULAR_LETTER, f"`{token.text}` is not a valid letter of a regular expression", i, i, hint
     )

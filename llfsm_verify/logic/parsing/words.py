@@ -93,7 +93,7 @@ def check_words(words: Words) -> None:
                 raise words.error(codes.TOO_DEEP, f"more than {MAX_BRACKETS} brackets inside each other", i, i)
         elif token.type in CLOSING:
             if not open_brackets:
-                raise words.error(codes.STRAY_BRACKET, f"this `{token.text}` closes nothing", i, i)
+                raise words.error(codes.STRAY_BRACKET, f"this `{token.text}` closes nothing", i, i, "remove it")
             opening = words.tokens[open_brackets.pop()]
             if opening.type != CLOSING[token.type]:
                 line = words.fragment.span(opening.start, opening.end).line
@@ -108,7 +108,8 @@ def check_words(words: Words) -> None:
             raise DiagnosticError(Diagnostic(codes.OPEN_QUOTE, "this quote is not closed on its line", span))
     if open_brackets:
         i = open_brackets[-1]
-        raise words.error(codes.OPEN_BRACKET, f"this `{words.tokens[i].text}` is not closed", i, i)
+        hint = f"write `{dict(zip('([{', ')]}', strict=True))[words.tokens[i].text]}`"
+        raise words.error(codes.OPEN_BRACKET, f"this `{words.tokens[i].text}` is not closed", i, i, hint)
 
 
 def _shown(character: str) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.codes import HINTS
 from llfsm_verify.arrangement.formats.yaml.indentation import misindented, tab_in_front
+from llfsm_verify.arrangement.formats.yaml.unfinished import missing, unclosed
 from llfsm_verify.arrangement.model import ACTION_KINDS
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
 
@@ -23,6 +24,9 @@ _PLAIN_VALUE = re.compile(
 )
 _EATEN = re.compile(r"""^[!&*@`%\[{]|^["'].*["']\s*[^\s,}#]|: |:$""")
 
+_NEXT = re.compile(r"[,;][ \t]*\w+[ \t]*:(?=[ \t])|[ \t](?:to|lint)[ \t]*:(?=[ \t])")
+"""Where the next entry begins, whether a comma is before it or not."""
+
 
 def suspect(source: Source, around: int) -> tuple[Span, str] | None:
     """The last guard or action that starts on the line of `around` or on one of the three before it, and that YAML
@@ -36,7 +40,7 @@ def suspect(source: Source, around: int) -> tuple[Span, str] | None:
     end = text.find("\n", around)
     found: tuple[Span, str] | None = None
     for match in _PLAIN_VALUE.finditer(text, begin + 1, len(text) if end < 0 else end):
-        value = match["value"].split(" #")[0].rstrip()
+        value = _NEXT.split(match["value"].split(" #")[0], maxsplit=1)[0].rstrip()
         before = text[text.rfind("\n", 0, match.start("value")) + 1 : match.start("value")]
         flow = "{" in before
         if _EATEN.search(value) or (flow and re.search(r"[\[\]{}?]", value.rstrip("}, "))):
@@ -61,6 +65,9 @@ def explain(source: Source, error: yaml.YAMLError) -> Diagnostic:
     tab = tab_in_front(source, at)
     if tab is not None:
         return tab
+    opened = unclosed(source, error, at)
+    if opened is not None:
+        return opened
     problem = str(getattr(error, "problem", None) or getattr(error, "reason", None) or "unreadable text")
     context = getattr(error, "context", None)
     line_start = source.text.rfind("\n", 0, at) + 1
@@ -73,4 +80,5 @@ def explain(source: Source, error: yaml.YAMLError) -> Diagnostic:
     if indentation is None and problem.startswith("mapping values are not allowed"):
         indentation = misindented(source, at)
     said = f"{context}: {problem}" if context else problem
-    return indentation or Diagnostic("E010", f"this is not YAML: {said}", Span(source, at, at + 1), hint=HINTS["E010"])
+    better = indentation or missing(source, error, at)
+    return better or Diagnostic("E010", f"this is not YAML: {said}", Span(source, at, at + 1), hint=HINTS["E010"])
