@@ -14,7 +14,7 @@ _NODE_STYLES = {
     "machine": 'style="filled" fillcolor="#e8eef7"',
     "input": 'shape=house orientation=270 style="filled" fillcolor="#e6f4e6" margin=0 width=0 height=0',
     "output": 'shape=house orientation=270 style="filled" fillcolor="#fbeedd" margin=0 width=0 height=0',
-    "shared": 'style="filled,rounded" fillcolor="#f2f2f2"',
+    "shared": 'shape=ellipse style="filled" fillcolor="#f2f2f2" margin=0.02 width=0 height=0',
     "note": "shape=note",
     "sample": "shape=none width=0.1 height=0.22",
     "caption": 'shape=none width=1.9 height=0.22 margin="0.06,0"',
