@@ -50,6 +50,6 @@ def test_a_long_name_does_not_make_rows_wide(table: str, capsys: pytest.CaptureF
         found = (replace(GOOD, name=name), GOOD)
         printed = "".join(_proved(found))
     else:
-        printed = "".join(_listed([Guardable(long, ("x",), None), Guardable(LINE, ("x",), None)]))
+        printed = "".join(_listed([Guardable(long, ("x",), None), Guardable(LINE, ("x",), None)], []))
     assert max(map(len, printed.splitlines())) <= 120
     assert "first" + "n" * 25 in printed and "nlast" in printed

@@ -167,7 +167,7 @@ MACHINE = "machine: M\nstates:\n  - {name: A, transitions: [{when: 'true', to: A
         ("states:", "stats:", "stats:"),
         ("name: A,", "name A,", "name A,"),
         ("to: A", "to: B", "to: B"),
-        ("M\n", "[M\n", "states:"),
+        ("M\n", "[M\n", "machine: [M"),
     ],
 )
 def test_the_line_of_a_mistake_in_a_machine_is_shown(old: str, new: str, shown: str, tmp_path: Path) -> None:
