@@ -127,7 +127,7 @@ def build(
     seen: set[int] = set()
     for key, value in given.items():
         _look_through(key, value, seen)
-    return Model(build_arrangement(given))
+    return Model(build_arrangement(given), given)
 
 
 # ---------------------------------------------------------------- from definitions to the shape of files

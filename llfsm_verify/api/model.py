@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import random
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
@@ -31,6 +32,7 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
+from llfsm_verify.files import replacing
 from llfsm_verify.kripke.compiled import kernels
 from llfsm_verify.kripke.structure import Structure, structure
 from llfsm_verify.kripke.values import text
@@ -86,6 +88,29 @@ class Model:
     """An arrangement: what `load` and `build` give. `wrapped` is the value inside, which is private."""
 
     wrapped: Arrangement
+    _document: Mapping[str, object] | None = field(default=None, compare=False)
+    """What `build` made it of."""
+
+    def write(self, path: str | Path) -> None:
+        """Write an arrangement of `build` as a YAML file. Machine files are named from where it lies.
+
+        ValueError: it comes from a file already. OSError: the file cannot be written.
+        """
+        if self._document is None:
+            raise ValueError(f"`{self.name}` comes from {self.path} already")
+        from llfsm_verify.arrangement.formats.yaml.writing import to_yaml
+
+        def named(entry: object) -> object:
+            if not isinstance(entry, Mapping) or not isinstance(entry.get("file"), str | Path):
+                return entry
+            return {**entry, "file": os.path.relpath(str(entry["file"]), Path(path).resolve().parent)}
+
+        document = {key: named(value) for key, value in self._document.items()}
+        machines = document["machines"]
+        assert isinstance(machines, Mapping)
+        document["machines"] = {name: named(entry) for name, entry in machines.items()}
+        with replacing(Path(path)) as file:
+            file.write(to_yaml(document).encode())
 
     def __repr__(self) -> str:
         return f"<Model {self.name}: {', '.join(self.machines)}>"

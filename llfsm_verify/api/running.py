@@ -22,6 +22,7 @@ from llfsm_verify.arrangement.formats import Given, read_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.replacing import Change, NewPolicy, Replacement
 from llfsm_verify.checking.goals.kinds import CHECKED
+from llfsm_verify.diagnostics import counted
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.values import text
 from llfsm_verify.logic.properties import parse_properties
@@ -72,6 +73,13 @@ class LiveRun:
             else:
                 self.stop()  # nobody else can
             raise
+
+    def __repr__(self) -> str:
+        if not self._is_own:
+            return f"<LiveRun of process {self._pid}>"
+        if self._report is None:
+            return f"<LiveRun: {'ended by an error' if self._ended.is_set() else 'it runs'}>"
+        return f"<LiveRun: {self._report.ending} after {counted(self._report.cycles, 'cycle')}>"
 
     def _begin(self) -> None:
         self._slots = {slot.name: slot for slot in slots_of(self._shared.loop.code)}

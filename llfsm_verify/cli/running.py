@@ -65,6 +65,7 @@ def run_arguments(parser: Parser) -> None:
         default="report",
         help="what to do when a cycle begins a whole cycle late (default: %(default)s)",
     )
+    add("-q", "--quiet", action="store_true", help="print only how the run ended")
     repeatable(
         parser,
         "--monitor",

@@ -76,9 +76,7 @@ def _open(checked: Checked) -> Iterator[str]:
         for item in result.properties
         if item.verdict is not Verdict.HOLDS
     ]
-    lines += [
-        f"- {p.name} holds, and says less than it seems to: see above." for p in result.properties if _weak(result, p)
-    ]
+    lines += [f"- {p.name} holds, but vacuously (see above)." for p in result.properties if _weak(result, p)]
     if result.faults.verdict is not Verdict.HOLDS:
         lines.append(f"- {fault_text(result)}.")
     yield from lines or ["Nothing: each property above holds."]

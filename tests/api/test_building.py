@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from decimal import Decimal
 from pathlib import Path
 
 import pytest
 import yaml
 
 import llfsm_verify as lv
+from llfsm_verify.arrangement.formats.yaml.writing import to_yaml
 
 LIGHT = lv.MachineDefinition(
     "Light",
@@ -34,6 +36,32 @@ def built(light: lv.MachineDefinition = LIGHT, **changes: object) -> lv.Model:
     }
     words = {"whiteboard": given["whiteboard"], "types": given["types"], "cycle_ms": given["cycle_ms"], **changes}
     return lv.build("traffic_lights", machines, **words)  # type: ignore[arg-type]
+
+
+def test_what_is_built_can_be_written(tmp_path: Path) -> None:
+    model, path = built(), tmp_path / "deeper" / "lights.yaml"
+    path.parent.mkdir()
+    model.write(path)
+    again = lv.load(path)
+    assert "file: ../" in path.read_text("utf-8") and again.path == str(path)
+    assert again.draw() == model.draw() and again.draw("ns") == model.draw("ns")
+    assert str(again.simulate(60, seed=2)) == str(model.simulate(60, seed=2))
+    with pytest.raises(ValueError, match=r"^`traffic_lights` comes from .*lights.yaml already$"):
+        again.write(path)
+    with pytest.raises(OSError, match="No such file"):
+        model.write(tmp_path / "nowhere" / "a.yaml")
+
+
+@pytest.mark.parametrize("path", sorted(Path("models").rglob("*.yaml")), ids=str)
+def test_documents_are_written_as_they_were_read(path: Path) -> None:
+    words = yaml.load(path.read_text("utf-8"), yaml.BaseLoader)
+    assert yaml.load(to_yaml(words), yaml.BaseLoader) == words
+
+
+def test_values_of_python_are_written_as_words() -> None:
+    given = {"a": 0.1, "b": True, "c": "no", "d": "x = 1;\ny = 2;\n", "e": ("1:30", Decimal("1e-3")), "f": "# : {'"}
+    words = {"a": "0.1", "b": "true", "c": "no", "d": "x = 1;\ny = 2;\n", "e": ["1:30", "0.001"], "f": "# : {'"}
+    assert yaml.load(to_yaml(given), yaml.BaseLoader) == words
 
 
 def mistakes(build) -> list[tuple[str, str]]:

@@ -104,6 +104,14 @@ def test_clients_of_its_whiteboard_change_it_too(counter: Path) -> None:
         with lv.Whiteboard("counter") as board:
             frame = board.replace("count", counter / "down.yaml", unchecked=True).frame
         assert run.values()["count"] == "DOWN" and frame > 1
+        assert repr(run) == "<LiveRun: it runs>"
+        with (
+            lv.Whiteboard("counter") as board,
+            pytest.raises(TypeError, match=r"^name one of .*count.*`view\(\).values`"),
+        ):
+            board.get()
+    report = run.wait()
+    assert str(run) == f"<LiveRun: stopped after {report.cycles:,} cycles>"
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 import html
+import inspect
 import re
 import subprocess
 import sys
@@ -48,6 +49,27 @@ def test_the_reference_lists_every_public_name():
     page = Path("docs/api.md").read_text(encoding="utf-8")
     listed = {(m.removeprefix("llfsm_verify."), n) for m, names in REFERENCE.findall(page) for n in names.split(", ")}
     assert listed == {(module, name) for module, names in lv._ROOMS.items() for name in names}
+
+
+def call(owner: str, method: str) -> str:
+    """How a method is called: what it takes, with the values that need not be given."""
+    taken = inspect.signature(getattr(getattr(lv, owner), method)).parameters.values()
+    shown = [str(p.replace(annotation=inspect.Parameter.empty)).replace("'", '"') for p in taken if p.name != "self"]
+    first = next((i for i, p in enumerate(taken) if p.kind is p.KEYWORD_ONLY), None)
+    starred = any(p.kind is p.VAR_POSITIONAL for p in taken)
+    if first is not None and not starred:
+        shown.insert(first - 1, "*")
+    return f"{owner}.{method}({', '.join(shown)})"
+
+
+def test_the_table_of_methods_has_what_they_take() -> None:
+    page = Path("docs/api.md").read_text(encoding="utf-8")
+    calls = re.findall(r"^\| `((\w+)\.(\w+)\(.*?\))` \|", page, re.MULTILINE)
+    assert [said for said, *_ in calls] == [call(owner, method) for _, owner, method in calls]
+    listed = {(owner, method) for _, owner, method in calls}
+    for owner in ("Model", "LiveRun"):
+        public = {n for n, m in vars(getattr(lv, owner)).items() if inspect.isfunction(m) and not n.startswith("_")}
+        assert {method for o, method in listed if o == owner} == public
 
 
 def test_examples_use_the_front_door_only():

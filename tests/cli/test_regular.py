@@ -126,6 +126,7 @@ def test_an_automaton_that_is_gone(saved):
         ("forbid x: ns@RED*", "E342", 11, "write `+` instead of `*`"),
         ("enforce x: ns@RED ns@RED", "E344", 12, "letters that hold in the same configurations"),
         ("forbid initially x: [ns@RED && ns@GREEN]", "E344", 21, "a machine is in one state at a time"),
+        ("forbid x: [car && !car]", "E344", 11, "write a letter that some configuration satisfies"),
         ("enforce x: ns@BLUE", "E112", 15, None),
         ("enforce x: [G ns@RED]", "E340", 12, "write it as a property of its own"),
         ("enforce x: ns@RED{3,2}", "E341", 18, "write `{2,3}`"),

@@ -41,6 +41,14 @@ def ending(tmp_path: Path) -> str:
 
 
 @pytest.mark.slow
+def test_a_quiet_run_says_only_how_it_ended(ending: str, tmp_path: Path) -> None:
+    for option in ("-q", "--quiet"):
+        done = llfsm("run", ending, "--rate", "0", option, "-p", "small: G n < 6", "--record", str(tmp_path / option))
+        assert (done.returncode, done.stderr, done.stdout.count("\n")) == (0, "", 1)
+        assert done.stdout.startswith("5 cycles") and done.stdout.endswith("the arrangement has ended\n"), done.stdout
+
+
+@pytest.mark.slow
 def test_a_simulation_is_recorded_replayed_and_checked(tmp_path: Path) -> None:
     recording = str(tmp_path / "r")
     extent = ("--simulate", "--for", "120s", "--rate", "0", "--seed", "1")

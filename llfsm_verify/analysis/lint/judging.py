@@ -11,7 +11,7 @@ from llfsm_verify.analysis.lint.known import Known
 from llfsm_verify.analysis.lint.overlaps import Overlap, fold_overlaps
 from llfsm_verify.analysis.lint.witnesses import Shower
 from llfsm_verify.arrangement.files import STDIN
-from llfsm_verify.arrangement.model import Arrangement, Suppression, Transition
+from llfsm_verify.arrangement.model import Arrangement, Machine, Suppression, Transition
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.trees import nodes, of_kind
 from llfsm_verify.language.typed import (
@@ -43,8 +43,8 @@ HINTS = {
     "L001": "remove it, or correct the guards; `lint: {L001: why}` on it accepts it",
     "L002": "remove it, or add a transition to it that can fire; `lint: {L002: why}` on it accepts it",
     "L003": "make the guards exclude each other if the order should not matter",
-    "L004": "if it is intended, remove it; if not, correct it",
-    "L005": "if it is intended, remove it; if not, correct it",
+    "L004": "remove the condition if it is redundant; otherwise correct it",
+    "L005": "remove the condition if it is redundant; otherwise correct it",
     "L006": "correct the value or the declared range",
     "L007": "guard the statement, or declare a wider range",
     "L008": "guard the division",
@@ -124,12 +124,28 @@ class Judge:
             state = machine.states[first.state]
             never = self._never(probes)
             if never:
-                count = len(state.transitions)
-                notes = (f"none of its {count} transitions ever fires",) if count > 1 else ()
-                notes = ("its transition never fires",) if count == 1 else notes
                 message = f"no turn is ever spent in state `{state.name}`"
+                notes = self._ways_in(machine, first.state, frozenset(never))
                 yield self._made("L002", message, state.span, probes, never, notes)
             self._ask("L002", f"whether a turn is ever spent in state `{state.name}`", state.span, probes)
+
+    def _ways_in(self, machine: Machine, state: int, names: frozenset[str]) -> tuple[str, ...]:
+        """A note on the transitions to a state, where none of them fires in the machines `names`."""
+        places = enumerate(machine.states)
+        ways = {
+            (s, i) for s, other in places if s != state for i, t in enumerate(other.transitions) if t.target == state
+        }
+        if not ways:
+            return ("no transition leads to it",) if state != machine.initial else ()
+        tried = [
+            p for probes in self._of_kind("fired") for p in probes if p.machine in names and (p.state, p.number) in ways
+        ]
+        if {(p.state, p.number) for p in tried} != ways or any(self._known.never(p) is None for p in tried):
+            return ()
+        only = len(ways) == 1
+        return (
+            "the only transition to it never fires" if only else f"none of the {len(ways)} transitions to it fires",
+        )
 
     def _transitions(self) -> Iterator[Finding]:
         for probes in self._of_kind("fired"):

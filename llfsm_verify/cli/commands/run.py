@@ -147,6 +147,7 @@ def run(options: Namespace) -> int:
         lost = f"; it ended before the run: {audit.failure}" if audit.failure is not None else ""
         said.append(f"audit log: {options.audit}, last line {audit.last}{lost}")
     said += port_lines(ports.counts if ports is not None else {})
+    said = said[:1] if options.quiet else said
     try:
         if writes_to_output(specs):
             print(*said, sep="\n", file=sys.stderr)

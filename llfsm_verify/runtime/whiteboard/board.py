@@ -208,8 +208,10 @@ class Whiteboard:
         age = (time.monotonic_ns() - frame[COMMITTED]) / 1e9
         return View({name: slot.value(frame) for name, slot in self._slots.items()}, frame[NUMBER], age, ending)
 
-    def get(self, name: str) -> Shown:
-        """The newest value of a slot. KeyError: there is no such slot; WhiteboardError."""
+    def get(self, name: str | None = None) -> Shown:
+        """The newest value of a slot. KeyError: there is no such slot; TypeError: none is named; WhiteboardError."""
+        if name is None:
+            raise TypeError(f"name one of {', '.join(self._slots)}; `view().values` has the values of all of them")
         read = self._readers.get(name)
         if read is None:
             read = self._reader(name)

@@ -60,6 +60,21 @@ def test_nothing_is_said_of_good_style() -> None:
     assert found(arrangement(states, CAR)) == []
 
 
+@pytest.mark.parametrize(
+    ("ways", "note"),
+    [
+        ((), "no transition leads to it"),
+        ((("n == 1", "C"),), "the only transition to it never fires"),
+        ((("n == 1", "C"), ("n == 2", "C")), "none of the 2 transitions to it fires"),
+    ],
+)
+def test_the_ways_to_a_state_that_is_never_entered(ways: tuple[tuple[str, str], ...], note: str) -> None:
+    states = [state("A", *ways, ("true", "B")), state("B", ("true", "A")), state("C", ("true", "C"))]
+    result = lint(build_arrangement(arrangement(states, {"n": {"type": "0..3"}})))
+    (only,) = [each for each in result.shown if each.code == "L002"]
+    assert only.notes[0] == note
+
+
 def test_a_transition_that_others_cover() -> None:
     states = [state("A", ("car", "B"), ("not car", "B"), ("true", "C")), state("B", ("true", "A")), state("C")]
     assert found(arrangement(states, CAR)) == [
