@@ -71,16 +71,22 @@ def guardable(
     return Guardable(line, outputs, first)
 
 
-def unfit_assumptions(lines: Iterable[Property], arrangement: Arrangement) -> Iterator[Diagnostic]:
-    """The assumptions that ask what machines do: in a proof others stand in their places (E438)."""
+def unfit_assumptions(lines: Iterable[Property], arrangement: Arrangement) -> Iterator[tuple[Property, Refusal]]:
+    """The assumptions that ask what machines do, once for each place: in a proof others stand in their places."""
     scope = PropertyScope.of(arrangement)
     for line in lines:
         for atom in (check_atom(fragment, scope) for fragment in line.atoms.values()):
             for refusal in _in_the_way(atom, arrangement, own_monitor=True):
-                message = f"`{line.name}` cannot be assumed: `{refusal.span.text}` asks what a machine does, and others"
-                message += " stand in its place in the proof"
-                hint = "assume something of inputs and of variables of the whiteboard"
-                yield Diagnostic(UNFIT, message, refusal.span, hint=hint)
+                reason = f"`{refusal.span.text}` asks what a machine does, and others stand in its place in the proof"
+                yield (
+                    line,
+                    Refusal(reason, refusal.span, "assume something of inputs and of variables of the whiteboard"),
+                )
+
+
+def unfit(line: Property, refusal: Refusal) -> Diagnostic:
+    """E438: what is wrong with an assumption."""
+    return Diagnostic(UNFIT, f"`{line.name}` cannot be assumed: {refusal.reason}", refusal.span, hint=refusal.hint)
 
 
 def not_safe(line: Property, clock: Clock | None) -> Refusal | None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span, counted
 from llfsm_verify.language import syntax
 from llfsm_verify.language.atoms import EDGES, OBSERVATIONS, PropertyScope, check_atom
 from llfsm_verify.language.parser import parse_guard
@@ -15,6 +15,8 @@ from llfsm_verify.language.types import ArrayType, DecimalType, RecordType, Type
 from llfsm_verify.monitoring.codes import NOT_THERE, UNREADABLE, UNTYPED
 
 _MACHINE = "machine"
+MOST_PLACES = 3
+"""Other places that a warning names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,13 +212,23 @@ def type_text(kind: Type, arrangement: Arrangement) -> str:
 
 
 def surroundings_in(atoms: Mapping[str, Fragment], arrangement: Arrangement) -> Diagnostic | None:
-    """A warning (W003) where atoms speak of the model of the surroundings, which is not there at run time."""
+    """A warning (W003) where atoms speak of the model of the surroundings, which is not there at run time: one for all
+    of them, at the first place."""
     called = PropertyScope.of(arrangement).surroundings
-    for fragment in atoms.values() if called else ():
-        for node in expressions_in(parse_guard(fragment).root):
-            name = node.machine if isinstance(node, syntax.StateTest) else getattr(node, "name", None)
-            if isinstance(name, syntax.Name) and name.text == called:
-                return _not_there(NOT_THERE, called, fragment.span(node.start, node.end))
+    places = [place for fragment in atoms.values() if called and (place := _named_in(fragment, called))]
+    if not places:
+        return None
+    found, others = _not_there(NOT_THERE, called, places[0]), [str(place) for place in places[1:]]
+    more = f" and {counted(len(others) - MOST_PLACES, 'more place')}" if len(others) > MOST_PLACES else ""
+    return replace(found, notes=(f"also at {', '.join(others[:MOST_PLACES])}{more}",) if others else ())
+
+
+def _named_in(fragment: Fragment, called: str) -> Span | None:
+    """The first place of an atom that speaks of what is called so."""
+    for node in expressions_in(parse_guard(fragment).root):
+        name = node.machine if isinstance(node, syntax.StateTest) else getattr(node, "name", None)
+        if isinstance(name, syntax.Name) and name.text == called:
+            return fragment.span(node.start, node.end)
     return None
 
 

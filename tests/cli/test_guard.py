@@ -93,6 +93,15 @@ def test_the_list_says_what_can_be_guarded(capsys):
     assert capsys.readouterr().out.splitlines()[0] == "guardable      closed  by routing motor"
 
 
+def test_the_list_goes_on_past_an_assumption_that_cannot_be_made(capsys):
+    assert guard("-p", "assume busy: G F cooking@COOKING", "-p", "assume b: G F button", "--list") == 1
+    printed, errors = capsys.readouterr()
+    assert errors == ""
+    assert printed.splitlines()[1:] == [
+        "not assumable  busy    `cooking@COOKING` asks what a machine does, and others stand in its place in the proof"
+    ]
+
+
 @pytest.mark.slow
 def test_limits_leave_it_unknown(capsys):
     assert guard("--fallback", "motor=false", "--engine", "explicit", "--max-states", "3") == 4

@@ -10,7 +10,7 @@ import yaml
 
 from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.monitoring.table import MonitorTable
-from tests.cli.running import LIGHTS, llfsm
+from tests.cli.running import COUNTER, LIGHTS, llfsm
 from tests.oracle.tables import letter_class
 
 SCHEMA = json.loads(Path("llfsm_verify/report/schema/monitor.schema.json").read_text(encoding="utf-8"))
@@ -50,6 +50,24 @@ def test_what_can_be_monitored(text, code, said, counted):
     assert (status, errors) == (code, "")
     assert lines[1].strip().startswith(said)
     assert (lines[2].strip() if len(lines) > 2 else None) == counted
+
+
+def test_the_surroundings_are_warned_of_once_with_the_other_places(tmp_path):
+    """Not once for each property, and not only at the first atom of all."""
+    world = "{inline: {machine: W, variables: {x: {type: 0..9}}, states: [{name: S, internal: go = choose(bool);}]}}"
+    (tmp_path / "a.yaml").write_text(f"{COUNTER}environment: {world}\n", encoding="utf-8")
+    rules = "assume calm: G F env.x == 0\na: G go\nb: G n < 3\n" + "".join(
+        f"p{i}: G env.x < {i}\n" for i in range(1, 7)
+    )
+    (tmp_path / "p.ltl").write_text(rules, encoding="utf-8")
+    code, output, errors = ask(str(tmp_path / "p.ltl"), "--arrangement", str(tmp_path / "a.yaml"))
+    assert code == 0 and output.count("monitorable:") == 8 and errors.count("W003") == 1
+    assert "p.ltl:1:18" in errors.splitlines()[0]
+    assert [f"p.ltl:{line}:7" in errors for line in range(4, 8)] == [True] * 3 + [
+        False
+    ] and "and 3 more places" in errors
+    code, _, errors = ask(str(tmp_path / "p.ltl"), "--arrangement", str(tmp_path / "a.yaml"), "--only", "p6")
+    assert "p.ltl:1:18" in errors and "also at" in errors and ":9:7" in errors and "more place" not in errors
 
 
 def test_definitions_and_families(tmp_path):

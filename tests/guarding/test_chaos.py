@@ -4,7 +4,7 @@ import pytest
 
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.verdict import Verdict
-from llfsm_verify.guarding.guardable import unfit_assumptions
+from llfsm_verify.guarding.guardable import unfit, unfit_assumptions
 from tests.guarding.helpers import draft_of, guarded, lines_of, proved
 
 AT_ONCE = (
@@ -146,4 +146,4 @@ def test_chaos_inside_states_of_chaos_shows_no_states():
 def test_what_machines_do_is_not_assumed(asked):
     lines = lines_of(f"assume a: G (car > 0 -> {asked})", "assume b: G F car > 0", "p: G speed < 6")
     (found,) = unfit_assumptions(lines.assumptions, resolve(draft_of(powers({}))))
-    assert (found.code, found.span.text) == ("E438", asked.removesuffix(" > 0"))
+    assert (unfit(*found).code, unfit(*found).span.text) == ("E438", asked.removesuffix(" > 0"))

@@ -21,11 +21,11 @@ from llfsm_verify.cli.properties import chosen, read_properties
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, counted
 from llfsm_verify.files import read_regular
 from llfsm_verify.guarding.codes import NOT_GUARDABLE, UNWRITABLE
-from llfsm_verify.guarding.guardable import Guardable, guardable, unfit_assumptions
+from llfsm_verify.guarding.guardable import Guardable, Refusal, guardable, unfit, unfit_assumptions
 from llfsm_verify.guarding.reactions import KINDS, reaction
 from llfsm_verify.guarding.transform import Guarded, Task, guard
 from llfsm_verify.guarding.wanted import Wanted, refuse_unknown
-from llfsm_verify.logic.properties import FEATURES, PropertySet
+from llfsm_verify.logic.properties import FEATURES, Property, PropertySet
 from llfsm_verify.registry import Unregistered
 
 if TYPE_CHECKING:
@@ -39,8 +39,8 @@ FOLDER = "guarded"
 
 def run(options: Namespace) -> int:
     """Returns 0 when the guard is proved to keep its properties (or nothing is to be proved), 1 when it does not, 4
-    when that is not known; with --list 1 when some cannot be guarded. Raises DiagnosticError for wrong files, and for
-    what cannot be guarded."""
+    when that is not known; with --list 1 when some cannot be guarded or assumed. Raises DiagnosticError for wrong
+    files, and for what cannot be guarded."""
     if options.arrangement == "-" and "-" in options.properties:
         return usage("standard input can be read only once")
     if options.hold and options.until:
@@ -76,12 +76,12 @@ def run(options: Namespace) -> int:
         return usage("name what to keep: -p or --properties")
     clock = bind(arrangement, properties).clock
     problems = () if options.outside else tuple(unfit_assumptions(properties.assumptions, arrangement))
-    if problems:
-        raise DiagnosticError(problems)
+    if problems and not options.list:
+        raise DiagnosticError(unfit(*problem) for problem in problems)
     found = [guardable(p, arrangement, clock, own_monitor=options.monitor is not None) for p in properties.goals]
     if options.list:
-        Output().plain("".join(_listed(found)))
-        return NOT_ALL if any(each.refusal for each in found) else 0
+        Output().plain("".join(_listed(found, problems)))
+        return NOT_ALL if problems or any(each.refusal for each in found) else 0
     task = Task(properties.goals, properties.assumptions, None, clock)
     if options.outside:
         from llfsm_verify.cli.reaction_time import outside
@@ -196,16 +196,19 @@ def _tell(text: str) -> None:
     print(text, file=sys.stderr)
 
 
-def _listed(found: list[Guardable]) -> list[str]:
+def _listed(found: Sequence[Guardable], problems: Sequence[tuple[Property, Refusal]] = ()) -> list[str]:
+    """A line for each property, and for each place at which an assumption cannot be made."""
     from llfsm_verify.report.wording import name_cell
 
-    width = max(len(name_cell(each.line.name)) for each in found)
-    lines = []
-    for each in found:
-        verdict = "guardable" if each.refusal is None else "not guardable"
-        why = f"by routing {', '.join(each.outputs)}" if each.refusal is None else each.refusal.reason
-        lines.append(f"{verdict:<13}  {name_cell(each.line.name):<{width}}  {why}\n")
-    return lines
+    rows = [
+        ("guardable", each.line, f"by routing {', '.join(each.outputs)}")
+        if each.refusal is None
+        else ("not guardable", each.line, each.refusal.reason)
+        for each in found
+    ]
+    rows += [("not assumable", line, refusal.reason) for line, refusal in problems]
+    width = max(len(name_cell(line.name)) for _, line, _ in rows)
+    return [f"{verdict:<13}  {name_cell(line.name):<{width}}  {why}\n" for verdict, line, why in rows]
 
 
 def _refuse(found: list[Guardable], routed: Mapping[str, str], *, own: bool) -> None:

@@ -113,10 +113,10 @@ def _text(
     if arrangement is not None and options.shape != "machine":  # which refuses it
         from llfsm_verify.monitoring.machine_reads import surroundings_in
 
-        for found in made:
-            warning = surroundings_in({**lines.atoms, **found.line.atoms}, arrangement)
-            if warning is not None:
-                print(warning.render(), file=sys.stderr)
+        asked = PropertySet((*lines.assumptions, *(found.line for found in made)))
+        warning = surroundings_in(asked.atoms, arrangement) if made else None
+        if warning is not None:
+            print(warning.render(), file=sys.stderr)
     never = any(found.monitor.monitorability is Monitorability.NEVER for found in made)
     if options.shape == "text" or not made:
         return "".join(summary(found) + "\n" for found in made), NOT_MONITORABLE if never else 0
