@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import FaultFinding, Options, PropertyResult, Result, Verdict
 from llfsm_verify.guarding.chaos import Uncovered, with_chaos, with_model
 from llfsm_verify.guarding.switch import switch_machine
 from llfsm_verify.guarding.transform import Guarded
@@ -17,6 +17,7 @@ from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Read
 from llfsm_verify.limits import Budget
 from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.semantics.expressions import SURROUNDINGS
 from llfsm_verify.verification.verify import verify
 
 UNKNOWN = 4
@@ -68,7 +69,7 @@ def prove(guarded: Guarded, properties: PropertySet, options: Options, engine: s
         if proof.result is None:
             return proof
         found |= _those(proof.result, *(Verdict if commands else [Verdict.VIOLATED]))
-        if asked.faults and proof.result.faults.verdict is Verdict.HOLDS:
+        if asked.faults and proof.result.faults.verdict is not Verdict.UNKNOWN:
             faults = proof.result.faults
         if proof.result.interrupted:
             break
@@ -141,8 +142,22 @@ def _reasons(guarded: Guarded, result: Result) -> Iterator[str]:
                 f"`{found.name}` is violated while `{alarm}` is not set: the monitor did not see it coming, or it "
                 f"depends on more than {outputs}"
             )
-    if result.faults.verdict is Verdict.VIOLATED:
-        yield "a fault can end the run: correct what causes it, such as a fallback outside its range"
+    yield from dict.fromkeys(_fault_reason(guarded, finding, what) for finding in result.faults.findings)
+
+
+def _fault_reason(guarded: Guarded, finding: FaultFinding, what: str) -> str:
+    """Whose action faults, and whether the guard has taken over by then."""
+    site, names, last = finding.site, guarded.names, finding.trace.steps[-1].machine
+    alarmed = alarm_at_the_end(finding.trace, names.alarm)
+    when = f"while `{names.alarm}` is set" if alarmed else "when the guarded machines do anything"
+    place = f"({site.code}{'' if site.span is None else f', {site.span}'}) {when}"
+    if site.code == SURROUNDINGS["F001"]:
+        variable = site.message.partition(": ")[2].partition(" is declared ")[0]
+        return f"the model of the surroundings leaves the range of `{variable}` {place}: clamp it there"
+    if site.code in SURROUNDINGS.values():
+        return f"the model of the surroundings ends the run in a fault {place}: correct the model"
+    mend = f"correct the {what}" if alarmed and last == names.switch else f"correct `{last}`, or guard it as well"
+    return f"`{last}` ends the run in a fault {place}: {mend}"
 
 
 def alarm_at_the_end(trace: Trace, alarm: str) -> bool:

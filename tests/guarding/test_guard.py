@@ -178,7 +178,41 @@ def test_a_fallback_that_faults_is_no_proof(limiter):
     proof = proved(made, lines)
     assert proof.exit_code == 1
     assert proof.result.faults.verdict is Verdict.VIOLATED
-    assert proof.reasons == ("a fault can end the run: correct what causes it, such as a fallback outside its range",)
+    reasons = [re.sub(r", .*?\)", ", …)", reason) for reason in proof.reasons]
+    assert reasons == [
+        "`idle` ends the run in a fault (F001, …) while `alarm` is set: correct `idle`, or guard it as well",
+        "`switch` ends the run in a fault (F001, …) while `alarm` is set: correct the fallback",
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("world", "keep", "fallback", "said"),
+    [
+        ("x = x + speed;", "speed < 9", "0", "{model} leaves the range of `x` (F011, …) {any}: clamp it there"),
+        ("x = min(x + speed, 9);", "speed < 9", "0", None),
+        ("if (speed == 1) x = x + 5;", "speed != 1", "1", "{model} leaves the range of `x` (F011, …) {alarm}: clamp"),
+        ("x = 9 / (9 - speed);", "speed < 10", "0", "{model} ends the run in a fault (F012, …) {any}: correct the"),
+    ],
+)
+def test_a_fault_names_whose_it_is_and_whether_the_guard_had_taken_over(world, keep, fallback, said):
+    """One of the surroundings is not blamed on the fallback."""
+    driver = {"machine": "D", "states": [{"name": "S", "internal": "speed = 2;", "stays": True}]}
+    model = {
+        "machine": "W",
+        "variables": {"x": {"type": "0..9"}},
+        "states": [{"name": "S", "internal": f"see = 1; {world}"}],
+    }
+    board = {"speed": {"type": "0..9", "role": "output"}, "see": {"type": "0..1", "role": "input"}}
+    document = {
+        "cycle_ms": 100, "whiteboard": board, "environment": {"inline": model},
+        "machines": {"driver": {"inline": driver}}, "schedule": ["driver"],
+    }  # fmt: skip
+    made, lines = guarded(text_of(document), [f"p: G {keep}"], {"speed": fallback}, guard_only=("driver",))
+    found = [re.sub(r", .*?\)", ", …)", reason) for reason in proved(made, lines).reasons if "(F0" in reason]
+    words = {"model": "the model of the surroundings", "any": "when the guarded machines do anything"}
+    wanted = None if said is None else said.format(**words, alarm="while `alarm` is set")
+    assert len(found) == (wanted is not None) and all(reason.startswith(str(wanted)) for reason in found), found
 
 
 @pytest.mark.slow
