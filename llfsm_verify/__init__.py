@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from llfsm_verify.checking.replay.confirm import Disagreement
     from llfsm_verify.checking.trace import Cause, Change, Sampled, TraceStep
     from llfsm_verify.checking.vacuity import Vacuity
-    from llfsm_verify.checking.verdict import Progress, Verdict
+    from llfsm_verify.checking.verdict import EarlyVerdict, Progress, Verdict
     from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
     from llfsm_verify.kripke.steps import Steps
     from llfsm_verify.kripke.structure import Structure
@@ -49,7 +49,7 @@ _ROOMS = {
     "checking.replay.confirm": ("Disagreement",),
     "checking.trace": ("Cause", "Change", "Sampled", "TraceStep"),
     "checking.vacuity": ("Vacuity",),
-    "checking.verdict": ("Progress", "Verdict"),
+    "checking.verdict": ("EarlyVerdict", "Progress", "Verdict"),
     "diagnostics": ("Diagnostic", "DiagnosticError"),
     "kripke.steps": ("Steps",),
     "kripke.structure": ("Structure",),
@@ -69,6 +69,7 @@ __all__ = [
     "Diagnostic",
     "DiagnosticError",
     "Disagreement",
+    "EarlyVerdict",
     "FaultOutcome",
     "FaultsOutcome",
     "InputWriter",

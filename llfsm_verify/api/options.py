@@ -7,14 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TypedDict, cast, get_args
 
-from llfsm_verify.checking.verdict import Options, Progress
+from llfsm_verify.checking.verdict import EarlyVerdict, Options, Progress
 from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions, When
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits, parse_size
 from llfsm_verify.registry import meant
 from llfsm_verify.verification.engines import ENGINES, WRITTEN
 
-COMMON = ("strict", "allow_contradiction", "witnesses", "traces", "keep_all_bits", "progress", "tell")
+COMMON = ("strict", "allow_contradiction", "witnesses", "traces", "keep_all_bits", "progress", "decided", "tell")
 """Those that every engine takes, by the same names."""
 
 USUAL: Mapping[str, tuple[object, ...]] = {
@@ -73,6 +73,8 @@ class CheckOptions(QueryOptions, total=False):
     """Go on from the checkpoint."""
     progress: Callable[[Progress], None] | None
     """Called now and then with how far the search is."""
+    decided: Callable[[EarlyVerdict], None] | None
+    """Called with each verdict as soon as it is known, such as to stop waiting for the others."""
     tell: Callable[[str], None] | None
     """Called with sentences that the user should see, such as that the search kernels are compiled first."""
 
@@ -134,6 +136,7 @@ WANTED: Mapping[str, tuple[str, Callable[[object], bool]]] = {
     "checkpoint_every": _SECONDS,
     "resume": _FLAG,
     "progress": _CALL,
+    "decided": _CALL,
     "tell": _CALL,
 }
 """What each option wants, in words and as a test."""

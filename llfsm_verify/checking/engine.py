@@ -118,6 +118,8 @@ class Given:
     options: Options
     budget: Budget
     """In force while any method of the session runs."""
+    found: Callable[[Goal | None], None] = lambda _: None
+    """May be called in `search` when a goal, or faults (None), has an answer already: who waits is told of it."""
 
 
 class Session(ABC):

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Literal, TypeVar
 
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.vacuity import Vacuity
+from llfsm_verify.checking.vacuity import NO_RUN, Vacuity
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.limits import Limits
@@ -74,6 +74,19 @@ class FaultResult:
     reason: str | None = None
     proofs: tuple[Proof, ...] = ()
     """By an inductive engine: why no fault is reachable."""
+
+
+FAULTS = "faults"
+"""What stands for them among the names of properties."""
+
+
+@dataclass(frozen=True, slots=True)
+class EarlyVerdict:
+    """A verdict, *holds* or *violated*, that is known before the check ends: of the property `name`, or of FAULTS."""
+
+    name: str
+    verdict: Verdict
+    engine: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,6 +178,16 @@ class Result:
         """Whether a property holds, and `strict` makes that a failure."""
         return self.strict and item.verdict is Verdict.HOLDS and item.vacuity.fails
 
+    def known(self) -> Iterator[EarlyVerdict]:
+        """The verdicts that stay, whatever else is asked."""
+        if self.faults.verdict is not Verdict.UNKNOWN and not self.is_claimed(self.faults.verdict):
+            yield EarlyVerdict(FAULTS, self.faults.verdict, self.engine)
+        for item in self.properties:
+            passes = item.verdict is Verdict.HOLDS
+            doubtful = NO_RUN in item.notes or self.is_empty(item) or self.is_unseen(item)
+            if item.verdict is Verdict.VIOLATED or (passes and not doubtful and not self.is_claimed(item.verdict)):
+                yield EarlyVerdict(item.name, item.verdict, item.engine)
+
     def escape_of(self, item: PropertyResult) -> Trace | None:
         """The run that escapes the assumptions, where it is a finding about this property."""
         return self.escape if any(finding.kind == "escape" for finding in item.vacuity.findings) else None
@@ -214,6 +237,9 @@ class Options:
     """Show for every property that holds a run in which something happens."""
     traces: int = 1
     """Different counterexamples wanted of each violated property."""
+    decided: Callable[[EarlyVerdict], None] | None = None
+    """Takes each verdict when it is known, once. What is never told is unknown, or a pass about which more is to be
+    found out first: how empty it is under `strict`, or whether any run satisfies the assumptions."""
     tell: Callable[[str], None] | None = None
     """Takes sentences that the user should see before the search ends."""
     own: tuple[object, ...] = ()

@@ -6,10 +6,8 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-from llfsm_verify.checking.verdict import Result
+from llfsm_verify.checking.verdict import FAULTS, Result
 from llfsm_verify.report.wording import verdict_text
-
-FAULTS = "faults"
 
 
 class Checked(NamedTuple):

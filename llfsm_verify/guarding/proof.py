@@ -53,7 +53,8 @@ def prove(guarded: Guarded, properties: PropertySet, options: Options, engine: s
     # A machine of the pool takes its turn after the monitor, where it matters what it samples.
     own = (*names.monitors, names.switch, *names.rights.substitutes)
     most = tuple(m.name for m in guarded.arrangement.machines if m.name in least or (m.loaded and m.name not in own))
-    proof = _prove(guarded, most, properties, options, engine, budget)
+    first = options if most == least else _telling(options, Verdict.HOLDS)
+    proof = _prove(guarded, most, properties, first, engine, budget)
     if most == least or (proof.result is not None and (proof.result.interrupted or _kept(proof.result))):
         return proof
     if proof.result is None:
@@ -64,11 +65,12 @@ def prove(guarded: Guarded, properties: PropertySet, options: Options, engine: s
         left = replace(properties, properties=tuple(p for p in properties if p.name not in found))
         if not left.goals and not (commands and unsure):
             continue
-        asked = replace(options, faults=commands and unsure)
+        stays = tuple(Verdict) if commands else (Verdict.VIOLATED,)
+        asked = replace(_telling(options, *stays), faults=commands and unsure)
         proof = _prove(guarded, least, left, asked, engine, budget, commands=commands)
         if proof.result is None:
             return proof
-        found |= _those(proof.result, *(Verdict if commands else [Verdict.VIOLATED]))
+        found |= _those(proof.result, *stays)
         if asked.faults and proof.result.faults.verdict is not Verdict.UNKNOWN:
             faults = proof.result.faults
         if proof.result.interrupted:
@@ -79,6 +81,14 @@ def prove(guarded: Guarded, properties: PropertySet, options: Options, engine: s
     return _with_reasons(
         replace(proof, machines=least, result=replace(proof.result, properties=in_order, faults=faults)), guarded
     )
+
+
+def _telling(options: Options, *verdicts: Verdict) -> Options:
+    """The same, but of what falls only these verdicts are told: the others may not stay."""
+    tell = options.decided
+    if tell is None:
+        return options
+    return replace(options, decided=lambda known: tell(known) if known.verdict in verdicts else None)
 
 
 def _kept(result: Result) -> bool:

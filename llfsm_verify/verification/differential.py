@@ -78,9 +78,15 @@ def all_engines(problem: Problem, options: Options) -> Result:
 
 
 def _wait(futures: Sequence[Future[Result | None]], options: Options, started: float) -> None:
-    """Wait for all, or for the first that fails, and report meanwhile which are done and which are at work."""
+    """Wait for all, or for the first that fails, and report meanwhile which are done and which are at work, and what
+    those that are done say."""
+    told = 0
     while True:
         done, waiting = wait(futures, INTERVAL, return_when=FIRST_EXCEPTION)
+        if options.decided is not None and len(done) > told and all(f.exception() is None for f in done):
+            told = len(done)
+            for known in (k for f in done if (result := f.result()) is not None for k in result.known()):
+                options.decided(known)
         if not waiting or any(future.exception() is not None for future in done):
             return
         if options.progress is not None:
@@ -164,7 +170,7 @@ class _Worker:
             timeout = 0.0  # somebody has to say so
         memory = (default_memory() if limits.memory is None else limits.memory) // AT_ONCE
         limits = replace(limits.within(timeout), memory=memory)
-        here = replace(self._options, limits=limits, progress=None, tell=None)
+        here = replace(self._options, limits=limits, progress=None, decided=None, tell=None)
         here = here.told(replace(here.of(ExplicitOptions), checkpoint=None))
         return limit_options(self._stage, here, endless=self._endless)
 

@@ -23,6 +23,8 @@ from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.trace import letter_steps
 from llfsm_verify.checking.vacuity import NO_RUN, PERHAPS_NO_RUN, Escape, Vacuity
 from llfsm_verify.checking.verdict import (
+    FAULTS,
+    EarlyVerdict,
     Exploration,
     FaultFinding,
     FaultResult,
@@ -65,6 +67,10 @@ class _Check:
         """What ended the search before its end."""
         self._interrupted = False
         self._escape = Escape()
+        self._early: dict[str, ReplayedRun] = {}
+        """Violations that were confirmed while the search went on, by property."""
+        self._early_fault: FaultFinding | None = None
+        self._told: set[str] = set()
         self.refuted: set[str] = set()
         """The names of properties that the engine says are violated, without a run to show."""
 
@@ -90,7 +96,7 @@ class _Check:
     def _checked(self, *, examine: bool) -> Result:
         session: Session | None = None
         try:
-            session = self._start(Given(self._problem, self._goals, self._options, self._budget))
+            session = self._start(Given(self._problem, self._goals, self._options, self._budget, self._found))
             self._session = session
             with stage(f"searching ({self._name})"):
                 session.search()
@@ -106,6 +112,7 @@ class _Check:
         self._budget.grant(GRACE)
         properties = tuple(self._property(session, goal) for goal in self._goals)
         faults = self._faults(session)
+        self._tell(FAULTS, faults.verdict)
         if examine:
             try:
                 for extended in self._extended(session, properties):
@@ -122,7 +129,12 @@ class _Check:
             session.count()
         except STOPS as stop:
             self._stopped(stop)
-        return self._whole(properties, faults, session.exploration(), whole=whole)
+        result = self._whole(properties, faults, session.exploration(), whole=whole)
+        tell = self._options.decided
+        if tell is not None:
+            for known in result.known():
+                tell(known)
+        return result
 
     def _stopped(self, stop: BaseException) -> str:
         """Remember Ctrl-C; what ended a piece of work, in words."""
@@ -163,7 +175,53 @@ class _Check:
         assert line.kind != "assume"
         return PropertyResult(line.name, line.kind, line.text, line.span, verdict, self._name, None, reason)
 
+    def _found(self, goal: Goal | None) -> None:
+        """Confirm and tell at once what the session knows of a goal, or of faults, while it goes on searching."""
+        session, name = self._session, FAULTS if goal is None else goal.line.name
+        if self._options.decided is None or session is None or name in self._told:
+            return
+        try:
+            if goal is None:
+                self._found_fault(session)
+                return
+            for answer in session.answers(goal):
+                if isinstance(answer, Violated):
+                    self._early[name] = self._replayer.violation(goal, answer)
+                    self._tell(name, Verdict.VIOLATED)
+                elif isinstance(answer, Holds) and self._possible(session):
+                    self._tell(name, Verdict.HOLDS)
+                return
+        except Unconfirmed:
+            return  # the end of the search may have a better run
+
+    def _found_fault(self, session: Session) -> None:
+        for number, run in session.fault_runs():
+            trace = self._replayer.fault(number, run)
+            assert trace.fault is not None
+            self._early_fault = FaultFinding(trace.fault, trace)
+            self._tell(FAULTS, Verdict.VIOLATED)
+            return
+        if isinstance(session.faults(), Holds):
+            self._tell(FAULTS, Verdict.HOLDS)
+
+    def _tell(self, name: str, verdict: Verdict) -> None:
+        """Tell a verdict once; a pass when it was looked at, where `strict` asks for that."""
+        tell = self._options.decided
+        stays = verdict is Verdict.VIOLATED or (verdict is Verdict.HOLDS and not self._options.strict)
+        if tell is not None and stays and name not in self._told and (name != FAULTS or self._options.faults):
+            self._told.add(name)
+            tell(EarlyVerdict(name, verdict, self._name))
+
     def _property(self, session: Session, goal: Goal) -> PropertyResult:
+        """What is known of a goal, told as soon as it is."""
+        result = self._answered(session, goal)
+        if result.verdict is Verdict.UNKNOWN and goal.line.name in self._early:
+            result = self._violated(goal, self._early[goal.line.name])
+        if NO_RUN not in result.notes:
+            self._tell(result.name, result.verdict)
+        return result
+
+    def _answered(self, session: Session, goal: Goal) -> PropertyResult:
         reason: str | None = None
         """Why it is not known; nothing holds beside a run that was not confirmed."""
         try:
@@ -233,6 +291,8 @@ class _Check:
         except STOPS as stop:
             why = self._stopped(stop)
             reason = reason or why
+        if not findings and self._early_fault is not None:
+            return FaultResult(Verdict.VIOLATED, (self._early_fault,))
         if findings:
             return FaultResult(Verdict.VIOLATED, tuple(findings.values()))
         if isinstance(answer, Holds) and reason is None:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.verdict import Attempt, FaultResult, Options, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import FAULTS, Attempt, FaultResult, Options, PropertyResult, Result, Verdict
 from llfsm_verify.collector import collect_everything
 from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.limits import reached
@@ -19,9 +19,6 @@ from llfsm_verify.verification.engines import ENGINES, Engines, Turn
 
 NAME = "auto"
 Check = Callable[[Problem, Options], Result]
-FAULTS = "faults"
-"""What stands for them in `Attempt.decided`, after the names of properties."""
-
 
 MOST_SLOTS = 20
 """Ringlets of a cycle up to which it is written for Z3 within a few seconds."""

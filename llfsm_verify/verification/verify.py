@@ -11,7 +11,7 @@ from llfsm_verify.arrangement.ending import ending_notes
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.engine import Start
 from llfsm_verify.checking.problem import Problem, bind
-from llfsm_verify.checking.verdict import Options, Result
+from llfsm_verify.checking.verdict import EarlyVerdict, Options, Result
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Observe
 from llfsm_verify.logic.properties import PropertySet
@@ -36,11 +36,25 @@ def verify(
     Raises DiagnosticError when a property does not fit the arrangement, ValueError for an unknown engine (naming those
     there are), and Disagreement when a check of a result fails.
     """
-    problem, options = bind(arrangement, properties), options or Options()
+    problem, options = bind(arrangement, properties), _telling_once(options or Options())
     result = checker(engine)(problem, options)
     if not options.allow_contradiction:
         result = without_contradicted(result)
     return replace(result, notes=(*ending_notes(arrangement), *_never_true(problem)))
+
+
+def _telling_once(options: Options) -> Options:
+    """The same, where several engines, or one in several ways, may come to the same verdict."""
+    tell, told = options.decided, set[str]()
+    if tell is None:
+        return options
+
+    def once(known: EarlyVerdict) -> None:
+        if known.name not in told:
+            told.add(known.name)
+            tell(known)
+
+    return replace(options, decided=once)
 
 
 def _never_true(problem: Problem) -> Iterator[str]:

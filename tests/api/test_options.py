@@ -35,6 +35,7 @@ def test_a_name_that_there_is_not(lights):
         ("max_states", 0), ("max_states", True), ("depth", -1), ("strict", "yes"), ("vacuity", 1), ("cone", "maybe"),
         ("labels", "on"), ("traces", 0), ("accept_vacuity", "a"), ("accept_vacuity", [1]), ("checkpoint", ""),
         ("progress", 3),
+        ("decided", 3),
     ],
 )  # fmt: skip
 def test_a_value_that_there_is_not(name, value):
@@ -47,7 +48,7 @@ def test_every_option_is_described_and_is_one_of_the_command_line():
     names = {"witnesses": "witness", "traces": "all"}
     known = {action.dest for action in verify_parser()._actions}
     assert set(WANTED) == set(CheckOptions.__annotations__)
-    assert {names.get(name, name) for name in WANTED} - known == {"progress", "tell"}
+    assert {names.get(name, name) for name in WANTED} - known == {"progress", "decided", "tell"}
     assert known - {names.get(name, name) for name in WANTED} == {
         "help", "version", "command", "arrangement", "properties", "property", "syntax", "engine", "only",  # arguments
         "format", "quiet", "all_steps", "width", "color", "watch", "timings",  # what is done with the result

@@ -34,6 +34,8 @@ PLUGIN = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_PLUGINS": "llfsm_verify
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"# ([\w./-]+\.(?:yaml|ltl|py))\n")
 """The first line of a block that is a file."""
+EARLY = re.compile(r"^(?:\S+: )?after \d+ s: .*\n", re.MULTILINE)
+"""A verdict that is said before the report, where a check takes longer than usual."""
 SECONDS = re.compile(r"\d+\.\d+ ?s\b")
 LINK = re.compile(r"\]\((?!https?:|mailto:)([^)#]*)(?:#([^)]+))?\)")
 CODE = re.compile(r"^ *```.*?^ *```$|<!-- written by .*?<!-- end of", re.MULTILINE | re.DOTALL)
@@ -76,7 +78,8 @@ def test_what_a_page_shows_is_what_happens(page, tmp_path, forked):
         if command.startswith("# "):
             (tmp_path / command[2:]).write_text(output, encoding="utf-8")
             continue
-        printed = SECONDS.sub("… s", run(command, tmp_path, forked)).rstrip("\n")
+        printed = EARLY.sub("", run(command, tmp_path, forked))
+        printed = SECONDS.sub("… s", printed).rstrip("\n")
         shown = SECONDS.sub("… s", output).rstrip("\n")
         if "\n[…]\n" in shown:
             # A page may leave out the middle of a long output.

@@ -18,7 +18,8 @@ from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Problem, bind
-from llfsm_verify.checking.verdict import Options, Result, Verdict
+from llfsm_verify.checking.vacuity import NO_RUN
+from llfsm_verify.checking.verdict import FAULTS, EarlyVerdict, Options, Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
@@ -88,9 +89,20 @@ def results(problem: Problem) -> Iterator[tuple[str, Result]]:
     """What each engine says, and `explicit` without symbolic labels, within limits that are small."""
     _, bound = problem
     for name in NAMES:
-        options = Options(LIMITS, effort=EFFORT, own=(UnrolledOptions(depth=DEPTHS.get(name)),))
-        yield name, checker(name)(bound, options)
+        told: list[EarlyVerdict] = []
+        own = (UnrolledOptions(depth=DEPTHS.get(name)),)
+        result = checker(name)(bound, Options(LIMITS, effort=EFFORT, decided=told.append, own=own))
+        stay(told, result)
+        yield name, result
     yield "enumerated", checker("explicit")(bound, Options(LIMITS, own=(ExplicitOptions(labels=False),)))
+
+
+def stay(told: Sequence[EarlyVerdict], result: Result) -> None:
+    """What was told while the engine searched is what it says at its end, and nothing is left out."""
+    final = {p.name: p.verdict for p in result.properties} | {FAULTS: result.faults.verdict}
+    doubtful = {p.name for p in result.properties if NO_RUN in p.notes}
+    assert all(early.verdict is final[early.name] for early in told), (told, final)
+    assert {early.name for early in told} == {n for n, v in final.items() if v is not Verdict.UNKNOWN} - doubtful
 
 
 def agree(problem: Problem, tally: Counter[str]) -> None:

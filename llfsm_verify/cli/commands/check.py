@@ -17,6 +17,7 @@ from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.cli import report_failure
 from llfsm_verify.cli.inputs import files_read
 from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, hint_of_near, without_controls
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import names_file
@@ -40,7 +41,7 @@ def run(options: Namespace) -> int:
         properties = properties_beside(path)
         title = " ".join(map(str, [path, *properties]))
         try:
-            result = _check(path, properties)
+            result = _check(path, properties, quiet=options.quiet)
         except Exception as error:  # noqa: BLE001 - what is wrong with one arrangement does not hide the others
             codes.add(report_failure(error, options, str(path)))
             continue
@@ -59,11 +60,13 @@ def properties_beside(arrangement: Path) -> list[Path]:
     return [path for path in named if path.is_file()]
 
 
-def _check(path: Path, properties: Sequence[Path]) -> Result:
+def _check(path: Path, properties: Sequence[Path], *, quiet: bool) -> Result:
     arrangement = load_arrangement(path)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
-    return verify(arrangement, parse_properties([read_property_source(file) for file in properties]), Options())
+    asked = parse_properties([read_property_source(file) for file in properties])
+    with EarlyVerdicts((p.name for p in asked.goals), str(path)) as early:
+        return verify(arrangement, asked, Options(decided=None if quiet else early.add))
 
 
 def _show(title: str, result: Result, output: Output, *, quiet: bool) -> None:

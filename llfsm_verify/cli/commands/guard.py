@@ -16,6 +16,7 @@ from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.properties import chosen, read_properties
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, counted
@@ -147,7 +148,9 @@ def _prove(options: Namespace, made: Guarded, properties: PropertySet) -> int:
 
     limits = Limits(options.max_states, options.memory, options.timeout)
     budget = Budget(limits)
-    proof = prove(made, properties, Options(limits, tell=_tell), options.engine, budget)
+    with EarlyVerdicts(p.name for p in properties.goals) as early:
+        wanted = Options(limits, decided=None if options.quiet else early.add, tell=_tell)
+        proof = prove(made, properties, wanted, options.engine, budget)
     if proof.result is None or proof.arrangement is None:
         _tell(f"unknown: {'; '.join(proof.reasons)}")
         return UNKNOWN

@@ -13,6 +13,7 @@ from llfsm_verify.checking.verdict import Options
 from llfsm_verify.cli.certificates import write_certificate
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.io.outputs import ready
+from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.limits import Limits
@@ -36,7 +37,9 @@ def run(options: Namespace) -> int:
     ready(arrangement, properties, options.certificate, ("E451", "E450"), "the certificate", whole=True)
     ready(arrangement, properties, options.output, (UNWRITABLE, UNWRITABLE), "the report")
     limits = Limits(None, options.memory, options.timeout)
-    result = verify(arrangement, properties, Options(limits, vacuity="all", strict=True), options.engine)
+    with EarlyVerdicts(p.name for p in properties.goals) as early:
+        wanted = Options(limits, vacuity="all", strict=True, decided=early.add)
+        result = verify(arrangement, properties, wanted, options.engine)
     certificate = None
     if options.certificate is not None:
         write_certificate(options, result, arrangement, properties, limits)

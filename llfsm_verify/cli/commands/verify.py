@@ -23,6 +23,7 @@ from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.outputs import ready, traces_ready
 from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.saved import announce
+from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.io.whole_file import is_same_file
 from llfsm_verify.cli.properties import chosen, read_properties
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
@@ -159,7 +160,8 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
         checkpoint = Checkpointing(Path(options.checkpoint), resume=options.resume)
         if options.checkpoint_every is not None:
             checkpoint = replace(checkpoint, every=options.checkpoint_every)
-    with ProgressLine() as line, _warnings_told():
+    early = EarlyVerdicts(p.name for p in properties.goals)
+    with ProgressLine() as line, _warnings_told(), early:
         wanted = Options(
             limits,
             options.keep_all_bits,
@@ -170,6 +172,7 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
             allow_contradiction=options.allow_contradiction,
             witnesses=options.witness,
             traces=options.all,
+            decided=None if options.quiet else early.add,
             tell=_tell,
             own=(
                 ExplicitOptions(

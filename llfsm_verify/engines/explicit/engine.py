@@ -70,6 +70,7 @@ class ExplicitSession(Session):
         self._own = given.options.of(ExplicitOptions)
         self._budget = given.budget
         self._goals = given.goals
+        self._tell = given.found
         self._ready = False
         self._program = given.problem.program(keep_all_bits=given.options.keep_all_bits)
         self._unlabelled: BaseException | None = None
@@ -101,7 +102,7 @@ class ExplicitSession(Session):
         with_edges = bool(self._problem.properties)
         labels = self._labels(program)
         explorer = Explorer(program, self._budget, report, with_edges=with_edges, chains=chains, labels=labels)
-        search = Search(explorer, self._problem, self._goals)
+        search = Search(explorer, self._problem, self._goals, self._tell)
         if self._large:
             search.drop_edges()
         return _Found(search, reduction, chains)

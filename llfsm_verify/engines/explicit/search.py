@@ -66,8 +66,16 @@ class Search:
     `tasks` are in the order of the goals.
     """
 
-    def __init__(self, explorer: Explorer, problem: Problem, goals: Sequence[Goal]) -> None:
+    def __init__(
+        self,
+        explorer: Explorer,
+        problem: Problem,
+        goals: Sequence[Goal],
+        found: Callable[[Goal | None], None] = lambda _: None,
+    ) -> None:
+        """`found` is told what is known of a goal, or of faults (None), while there is more to find."""
         self.explorer = explorer
+        self._found = found
         self.graph = explorer.graph
         self._problem = problem
         self.doing = ""
@@ -94,6 +102,8 @@ class Search:
             goal = self.target if self.tasks else most
             self.explorer.explore(goal if most is None or goal is None else min(goal, most))
             if self.graph.exhausted or self.graph.stopped or len(self.graph) >= self.target:
+                if self.graph.faults or self.complete:
+                    self._found(None)
                 self._look_at(self.tasks)
                 self.target = max(self.target, len(self.graph)) * GROWTH
             if self.graph.exhausted or self.graph.stopped:
@@ -124,6 +134,9 @@ class Search:
         for task in tasks:
             if task.violation is None:
                 self._look(task)
+                if task.violation is not None or self.is_clean(task):
+                    self._found(task.goal)
+                    self.doing = ""
 
     def _look(self, task: Task) -> None:
         """Search the graph as it is for a violation; `clean` tells that there is none in it, `reason` why that is not

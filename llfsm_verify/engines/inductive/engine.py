@@ -80,10 +80,13 @@ class InductiveSession(Session):
             if self._options.faults and not search.faults and not self._is_settled(0):
                 self._tell("faults")
                 self._known[0] = self._proving.faults(effort)
+                self._given.found(None)
             for task in sorted(self._tasks, key=lambda t: t.wrong is not None):  # safety is proved sooner
                 if task.found is None and not self._is_settled(id(task.goal)):
                     self._tell(task.goal.line.name)
                     self._known[id(task.goal)] = self._proving.goal(task.goal, effort)
+                    if self._holds(id(task.goal)):
+                        self._given.found(task.goal)
         if self._options.effort is None:
             left = self._unproved
             self._look(left, DEPTH)

@@ -83,6 +83,7 @@ class BoundedSearch:
         self._options = given.options
         self.budget = given.budget
         self.goals = given.goals
+        self._found = given.found
         self.program = problem.program(keep_all_bits=given.options.keep_all_bits)
         self._terms = Terms(self.program, arithmetic)
         self._finite = self._terms.arithmetic.name == "bit-vectors"
@@ -192,6 +193,7 @@ class BoundedSearch:
             if model is not None:
                 start = None if prefix else self._loops.start(model)
                 task.found = Violated(schedule_of(self._run, model, len(self._run), start))
+                self._found(task.goal)
                 return
 
     def _questions(self, task: Task) -> Iterator[tuple[list[z3.BoolRef], bool]]:
@@ -230,6 +232,7 @@ class BoundedSearch:
         except Unconfirmed:
             return
         self.faults[number] = run
+        self._found(None)
 
     # ------------------------------------------------------------ what is known
 
