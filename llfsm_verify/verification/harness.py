@@ -258,7 +258,7 @@ class _Check:
 
         with stage("explaining violations"):
             trace = explain(replayed, goal, self._problem)
-        notes = (*_notes(goal, replayed), *hints(trace, self._problem))
+        notes = (*_notes(goal, replayed), *hints(trace, self._problem, goal.line))
         return replace(self._said(goal, Verdict.VIOLATED), trace=trace, notes=notes)
 
     def _held(self, session: Session, goal: Goal, answer: Holds) -> PropertyResult:
