@@ -74,7 +74,7 @@ def _late(trace: Trace, problem: Problem, line: Property) -> Iterator[str]:
     last = {step.machine: number for number, step in enumerate(trace.steps, 1) if trace.loop is None}
     cycle, told = 0, set[str]()
     for number, step in enumerate(trace.steps, 1):
-        if began.get(step.machine, ("", 0))[0] != step.state:
+        if began.get(step.machine, (None, 0))[0] != step.state:
             began[step.machine] = (step.state, cycle)
         machine, passed = machines.get(step.machine or ""), period * (cycle - began[step.machine][1])
         states = machine.states if machine is not None and number >= first else ()

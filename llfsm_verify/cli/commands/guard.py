@@ -199,7 +199,7 @@ def _tell(text: str) -> None:
     print(text, file=sys.stderr)
 
 
-def _listed(found: Sequence[Guardable], problems: Sequence[tuple[Property, Refusal]]) -> list[str]:
+def _listed(found: Sequence[Guardable], problems: Sequence[tuple[Property, Refusal]] = ()) -> list[str]:
     """A line for each property, and for each place at which an assumption cannot be made."""
     from llfsm_verify.report.wording import name_cell
 
