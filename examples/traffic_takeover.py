@@ -40,7 +40,7 @@ def main() -> int:
     with TemporaryDirectory() as temporary:
         record = Path(temporary) / "takeover"
         properties = ["never_again: G (blinking.ran -> G !(ns_light == GREEN && ew_light == GREEN))"]
-        report = lights.run(properties, simulate=True, seed=5, cycles=200, rate=50, record=record).wait()
+        report = lights.run(properties, simulate=True, seed=4, cycles=200, rate=50, record=record).wait()
         rows = list(csv.DictReader(trace(record, "csv").splitlines()))
         target = folder / "traffic_takeover.svg"
         target.write_text(trace(record, "svg"))

@@ -6,7 +6,6 @@ import os
 import random
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Unpack, overload
@@ -15,13 +14,16 @@ from llfsm_verify.api.answers import LintReport, QueryAnswer, RecordingOutcome, 
 from llfsm_verify.api.monitors import MonitorSet, monitors_of
 from llfsm_verify.api.options import (
     CheckOptions,
+    Draw,
     LimitOptions,
     QueryOptions,
     check_options,
     checked,
     is_count,
+    laws_of,
     limits_of,
     query_options,
+    value_text,
 )
 from llfsm_verify.api.properties import Properties, check_syntax, read_properties
 from llfsm_verify.api.results import CheckResult
@@ -35,13 +37,13 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.files import replacing
 from llfsm_verify.kripke.compiled import kernels
 from llfsm_verify.kripke.structure import Structure, structure
-from llfsm_verify.kripke.values import text
 from llfsm_verify.limits import Budget
 from llfsm_verify.report.drawing.codes import NO_LIBRARY
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.drawing.graph import Graph, summarise
 from llfsm_verify.report.replaying import replay_file
+from llfsm_verify.runtime.drawing import drawing_of
 from llfsm_verify.runtime.random_run import RandomRun, Script, input_problem
 from llfsm_verify.runtime.simulation import Simulation
 from llfsm_verify.semantics.lowering import lower
@@ -215,12 +217,15 @@ class Model:
         seed: int | None = None,
         inputs: Mapping[str, Value] | None = None,
         script: Mapping[int, Mapping[str, Value]] | None = None,
+        hold: str | None = None,
+        draw: Draw | None = None,
     ) -> SimulatedRun:
         """A run of so many `steps` (ringlets; 20 unless something else is said) or whole `cycles`.
 
         What the inputs are, and which process steps, is drawn at random from `seed` (a new one, which the run has, when
-        it is None). `inputs` hold values throughout, those of `script` from a step on, which counts from 1. ValueError:
-        there is no such input or value.
+        it is None). `inputs` have values throughout, those of `script` from a step on, which counts from 1. A drawn
+        input keeps its value for about `hold` (``"5s"``, ``"20cycles"``, or ``"none"``); `draw` has the probability
+        that an input is true, or those of its values by value. ValueError: there is no such input or value.
         """
         for what, number in (("steps", steps), ("cycles", cycles)):
             if number is not None and not is_count(number):
@@ -229,20 +234,22 @@ class Model:
             raise ValueError("a run has so many `steps` or so many `cycles`, not both")
         program = lower(self.wrapped, keep_all_bits=True)
         held = {0: dict(inputs or {}), **{step: dict(given) for step, given in (script or {}).items()}}
-        texts = {step: {name: _text(value) for name, value in given.items()} for step, given in held.items()}
+        texts = {step: {name: value_text(value) for name, value in given.items()} for step, given in held.items()}
         for step, given in texts.items():
             problem = input_problem(program, given)
             if problem is not None:
                 raise ValueError(problem if step == 0 else f"step {step}: {problem}")
         seed = random.SystemRandom().randrange(1 << 32) if seed is None else seed
-        run = RandomRun(Execution(program), Script(texts), random.Random(seed))  # noqa: S311 - no secrets
+        law = drawing_of(program, hold, laws_of(draw), texts[0])
+        source = random.Random(seed)  # noqa: S311 - no secrets
+        run = RandomRun(Execution(program), Script(texts), source, law=law)
         done = tuple(run.steps(steps, cycles))
         endings: dict[Ending, bool] = {
             "fault": run.fault is not None, "overflow": run.overflowed, "ended": run.ended, "steps": True,
         }  # fmt: skip
         ending = next(name for name, true in endings.items() if true)
         trace = Trace(run.initial, (), (), done, None, run.fault, period=program.period)
-        return SimulatedRun(trace, self.wrapped, seed, ending)
+        return SimulatedRun(trace, self.wrapped, seed, ending, run.visits.never)
 
     def run(
         self,
@@ -252,6 +259,8 @@ class Model:
         inputs: Mapping[str, Value] | None = None,
         simulate: bool = False,
         seed: int | None = None,
+        hold: str | None = None,
+        draw: Draw | None = None,
         cycles: int | None = None,
         cycle_ms: float | None = None,
         rate: float = 1,
@@ -265,7 +274,8 @@ class Model:
 
         A cycle takes `cycle_ms` (of an untimed arrangement), `rate` times as fast; 0: without waiting. It ends after so
         many `cycles`, by itself, by `LiveRun.stop`, or where it is to `stop_on` something. `inputs` hold values; with
-        `simulate`, the model of the surroundings also runs, and other inputs are drawn from `seed`. Others read and
+        `simulate`, the model of the surroundings also runs, and other inputs are drawn from `seed` as `Model.simulate`
+        draws them, with `hold` and `draw`. Others read and
         post on the `whiteboard` of that name (`Whiteboard`), and `record` names a new file for a recording. The loop is
         on a thread without the interpreter's lock; `processes` other than ``"thread"`` forks it, as `llfsm run` does.
 
@@ -285,15 +295,19 @@ class Model:
         if set(stop_on) - {"overrun", "violation"} or processes not in ("thread", "separate", "together"):
             raise ValueError("`stop_on` has overrun and violation, and `processes` is thread, separate or together")
         return start(
-            self.wrapped, properties, syntax, inputs={name: _text(value) for name, value in (inputs or {}).items()},
-            simulate=simulate, seed=seed, cycles=cycles, rate=Fraction(str(rate)),
+            self.wrapped, properties, syntax, inputs={name: value_text(v) for name, v in (inputs or {}).items()},
+            simulate=simulate, seed=seed, hold=hold, draw=laws_of(draw), cycles=cycles, rate=Fraction(str(rate)),
             cycle_ms=None if cycle_ms is None else Fraction(str(cycle_ms)), whiteboard=whiteboard, record=record,
             priority=priority, stop_on=tuple(stop_on), processes=processes,
         )  # fmt: skip
 
-    def start(self, seed: int | None = None) -> Simulation:
-        """A simulation to step through, by ringlets, cycles or millions of ringlets; see `Simulation`."""
-        return Simulation(lower(self.wrapped, keep_all_bits=True), seed)
+    def start(self, seed: int | None = None, *, hold: str | None = None, draw: Draw | None = None) -> Simulation:
+        """A simulation to step through, by ringlets, cycles or millions of ringlets; see `Simulation`.
+
+        With a `seed`, inputs are drawn as `simulate` draws them. ValueError: wrong `hold` or `draw`.
+        """
+        program = lower(self.wrapped, keep_all_bits=True)
+        return Simulation(program, seed, drawing_of(program, hold, laws_of(draw)))
 
     def monitor(self, properties: Properties, *, syntax: str = "llfsm") -> MonitorSet:
         """The monitors of properties. Raises `DiagnosticError`: wrong properties, or a monitor that is too large."""
@@ -388,8 +402,3 @@ class Model:
         if graph is None:
             raise DiagnosticError(Diagnostic("E411", f"the run {done.sentence}", file=str(trace)))
         return graph
-
-
-def _text(value: Value) -> str:
-    """A value as users write it in files."""
-    return text(Decimal(str(value)) if isinstance(value, float) else value)

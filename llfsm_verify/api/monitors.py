@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
+from llfsm_verify.api.options import Draw, laws_of
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.problem import bind
@@ -15,6 +16,7 @@ from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.monitoring.native import CompiledMonitors
 from llfsm_verify.monitoring.properties import Monitored, Timing, monitor_properties
 from llfsm_verify.report.monitor import summary
+from llfsm_verify.runtime.drawing import drawing_of
 from llfsm_verify.runtime.monitored import MonitoredSimulation
 from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.semantics.lowering import lower
@@ -71,10 +73,11 @@ class MonitorReading:
 class WatchedSimulation(MonitoredSimulation):
     """A `Simulation` with monitors that read every letter."""
 
-    def __init__(self, monitors: MonitorSet, seed: int | None) -> None:
+    def __init__(self, monitors: MonitorSet, seed: int | None, hold: str | None, draw: Mapping[str, str]) -> None:
         self._set = monitors
         program = lower(monitors._arrangement, monitors._atoms)
-        super().__init__(program, {m.name: m.wrapped.monitor for m in monitors}, seed)
+        wanted = {m.name: m.wrapped.monitor for m in monitors}
+        super().__init__(program, wanted, seed, drawing_of(program, hold, draw))
 
     @property
     def verdicts(self) -> dict[str, str]:
@@ -110,9 +113,9 @@ class MonitorSet:
     def __str__(self) -> str:
         return "\n".join(map(str, self._monitors))
 
-    def start(self, seed: int | None = None) -> WatchedSimulation:
+    def start(self, seed: int | None = None, *, hold: str | None = None, draw: Draw | None = None) -> WatchedSimulation:
         """A simulation with the monitors beside it, as `Model.start` gives one without."""
-        return WatchedSimulation(self, seed)
+        return WatchedSimulation(self, seed, hold, laws_of(draw))
 
     def read(self, letters: Iterable[Letter]) -> MonitorReading:
         """What the monitors say after recorded letters.

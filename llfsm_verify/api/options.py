@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
+from decimal import Decimal
 from pathlib import Path
 from typing import TypedDict, cast, get_args
 
 from llfsm_verify.checking.verdict import EarlyVerdict, Options, Progress
 from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions, When
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
+from llfsm_verify.kripke.values import Shown, text
 from llfsm_verify.limits import Limits, parse_size
 from llfsm_verify.registry import meant
 from llfsm_verify.verification.engines import ENGINES, WRITTEN
+
+Draw = Mapping[str, float | Mapping[Shown, float]]
+"""By input: the probability that it is true, or those of its values."""
 
 COMMON = ("strict", "allow_contradiction", "witnesses", "traces", "keep_all_bits", "progress", "decided", "tell")
 """Those that every engine takes, by the same names."""
@@ -215,3 +220,16 @@ def _check_engine(given: Given, engine: str) -> None:
     wrong = ENGINES.misplaced(engine, asked)
     if wrong is not None:
         raise ValueError(f"the option `{wrong}` is for {ENGINES.takers(wrong)}, not for `{engine}`")
+
+
+def laws_of(draw: Draw | None) -> dict[str, str]:
+    """What `draw` says, as users write it."""
+    return {
+        name: ",".join(f"{value_text(value)}:{p}" for value, p in law.items()) if isinstance(law, Mapping) else str(law)
+        for name, law in (draw or {}).items()
+    }
+
+
+def value_text(value: Shown) -> str:
+    """A value as users write it in files."""
+    return text(Decimal(str(value)) if isinstance(value, float) else value)

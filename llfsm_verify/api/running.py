@@ -303,6 +303,8 @@ def start(
     inputs: Mapping[str, str],
     simulate: bool,
     seed: int | None,
+    hold: str | None,
+    draw: Mapping[str, str],
     cycles: int | None,
     cycle_ms: Fraction | None,
     rate: Fraction,
@@ -315,6 +317,8 @@ def start(
     """`Model.run`, its options checked."""
     sources = property_sources(properties)
     lines = parse_properties(sources, syntax, CHECKED)
+    if (hold is not None or draw) and not simulate:
+        raise ValueError("`hold` and `draw` say how `simulate` draws inputs")
     seed = random.SystemRandom().randrange(1 << 32) if simulate and seed is None else seed
     if record is not None and any(line.file is not None for line in lines):
         raise ValueError("a recording keeps the texts of properties, and automata are in files of their own")
@@ -323,8 +327,9 @@ def start(
         raise ValueError("a recording keeps the texts of its arrangement, which must come from files")
     making = Making(
         simulated=simulate, cycle_ms=cycle_ms, held=inputs, properties=lines, property_texts=sources, syntax=syntax,
-        rate=rate, seed=seed if simulate else None, strict="overrun" in stop_on, heeds="violation" in stop_on,
-        record=record, sources=() if draft is None else draft.sources, digest=given.digest,
+        rate=rate, seed=seed if simulate else None, hold=hold, draw=draw, strict="overrun" in stop_on,
+        heeds="violation" in stop_on, record=record, sources=() if draft is None else draft.sources,
+        digest=given.digest,
     )  # fmt: skip
     how = making.plan(given)
     loop = making.first(how, how.code(), rounds=-1 if cycles is None else cycles)

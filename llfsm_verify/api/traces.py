@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -170,6 +170,8 @@ class SimulatedRun(RunView):
     ending: Ending
     """Why it ends: the `steps` or cycles were done, the arrangement has ``ended``, or a ``fault``; an ``overflow`` is a
     value that left the 64 bits of the executor."""
+    never_visited: Mapping[str, tuple[str, ...]]
+    """By machine: the states in which it never was."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)

@@ -28,13 +28,16 @@ MOST = (1 << 63) - 1
 """The largest number that an option takes."""
 
 
-def assignments(option: str, items: Iterable[str]) -> dict[str, str]:
-    """Inputs with the texts of their values, from ``INPUT=VALUE``. ValueError: one is not written so."""
+def assignments(option: str, items: Iterable[str], *, once: bool = False) -> dict[str, str]:
+    """Inputs with the texts of their values, from ``INPUT=VALUE``. ValueError: one is not written so, or (where each is
+    given at most `once`) given again."""
     found: dict[str, str] = {}
     for item in items:
         name, equals, text = item.partition("=")
         if not equals:
             raise ValueError(f"{option} needs INPUT=VALUE, not `{item}`")
+        if once and name.strip() in found:
+            raise ValueError(f"{option} gives `{name.strip()}` twice: leave one out")
         found[name.strip()] = text.strip()
     return found
 

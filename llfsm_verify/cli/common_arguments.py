@@ -26,6 +26,18 @@ def held_inputs(to: _ActionsContainer) -> None:
     repeatable(to, "--set", metavar="INPUT=VALUE", text="hold an input at a value")
 
 
+def drawn_inputs(to: _ActionsContainer) -> None:
+    """How a simulation draws inputs."""
+    to.add_argument(
+        "--hold", metavar="TIME",
+        help="for how long random inputs keep their values on average: 5s, 20cycles, or `none` (default: the longest "
+        "timer, at least 5 cycles)",
+    )  # fmt: skip
+    repeatable(
+        to, "--draw", metavar="INPUT=P", text="the probability that an input is true, or speed=3:0.1,4:0.2 of values"
+    )
+
+
 def arrangement(to: _ActionsContainer) -> None:
     """The file of the arrangement."""
     to.add_argument("arrangement", metavar="ARRANGEMENT", help=ARRANGEMENT)

@@ -16,6 +16,7 @@ from llfsm_verify.runtime.debugging.paths import Free, Recorded, Traced
 from llfsm_verify.runtime.debugging.paths import Path as Walked
 from llfsm_verify.runtime.debugging.session import Driven, Session
 from llfsm_verify.runtime.debugging.start import Start
+from llfsm_verify.runtime.drawing import drawing_of
 from llfsm_verify.runtime.live.codes import ABSENT
 
 _TRACE = re.compile(rb"^trace[ \t]*:", re.MULTILINE)
@@ -42,7 +43,11 @@ def opened(options: Namespace, left: ExitStack) -> Driven:
     arrangement = load_arrangement(path)
 
     def free(execution: Execution) -> Walked:
-        return Free(execution, options.seed)
+        return Free(
+            execution,
+            options.seed,
+            drawing_of(execution.program, options.hold, options.draw),
+        )
 
     return Session(Debugger(arrangement, free, most=options.history))
 

@@ -9,6 +9,7 @@ from llfsm_verify.cli.argument_types import milliseconds, positive, seconds, siz
 from llfsm_verify.cli.common_arguments import (
     ARRANGEMENT,
     arrangement,
+    drawn_inputs,
     held_inputs,
     other_arrangement,
     output,
@@ -44,6 +45,7 @@ def run_arguments(parser: Parser) -> None:
     add("--seed", metavar="N", type=int, help="makes a simulation repeatable (default: a new one, which is printed)")
     add("--inputs", metavar="TRACE", help="simulate with the inputs of a saved trace, step by step")
     held_inputs(parser)
+    drawn_inputs(parser)
     add(
         "--for",
         metavar="TIME",
@@ -214,6 +216,7 @@ def debug_arguments(parser: Parser) -> None:
         type=int,
         help="draw inputs that are not set, and turns, at random (default: inputs stay)",
     )
+    drawn_inputs(parser)
     other_arrangement(parser, "the file names or has")
     add(
         "--history",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from llfsm_verify.cli.argument_types import milliseconds, positive
-from llfsm_verify.cli.common_arguments import arrangement, colour, held_inputs, output
+from llfsm_verify.cli.common_arguments import arrangement, colour, drawn_inputs, held_inputs, output
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.limits import DEFAULT_STEPS
 from llfsm_verify.report.timeline.formats import TIMELINES
@@ -43,6 +43,7 @@ def simulate_arguments(parser: Parser) -> None:
         help="YAML: step number or time (`1.5s`): {input: value, …}, each valid until the next",
     )  # fmt: skip
     held_inputs(parser)
+    drawn_inputs(parser)
     formats = "; ".join(f"{name}: {entry.about}" for name, entry in TIMELINES.items())
     add(
         "--format", choices=(TABLE, JSON, *TIMELINES),

@@ -10,6 +10,7 @@ from signal import Signals
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.runtime.live.run import RunReport
 from llfsm_verify.runtime.ports.link import Counts
+from llfsm_verify.runtime.visited import never_visited
 
 ENDINGS = {
     "ended": "the arrangement has ended",
@@ -56,6 +57,8 @@ def report_lines(
         yield f"{counted(report.refused, 'value')} from outside did not fit the type of an input and left it as it was"
     for name, verdict, frame in report.monitored:
         yield f"{verdict}: {name}" + (f" (in frame {frame:,})" if frame else "")
+    if report.never_visited is not None:
+        yield never_visited(report.never_visited)
     if recordings:
         yield f"recorded: {', '.join(map(str, recordings))} ({counted(report.recorded, 'frame')})"
     if report.unrecorded is not None:

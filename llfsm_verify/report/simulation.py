@@ -80,6 +80,7 @@ def run_json(
         "ending": ending(run),
         "before": len(run.before),
         "trace": trace_object(trace, run.before),
+        "never_visited": {machine: list(states) for machine, states in run.visits.never.items()},
         "exit_code": exit_code(run, sought),
     }
     return json.dumps(value, indent=2, ensure_ascii=False)

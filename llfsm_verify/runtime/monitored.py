@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.native.code import BROKEN
-from llfsm_verify.backends.native.context import ENDED, PROCESS, RANDOM, STATUS, ContextLayout
+from llfsm_verify.backends.native.context import DRAWN, ENDED, PROCESS, RANDOM, STATUS, ContextLayout
 from llfsm_verify.backends.native.executor import FULL_EFFORT_LINES, RUN_PORTION, Event, NativeProgram, _nonzero_seed
 from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.native.loops import Between, fill, run_loop
@@ -16,6 +16,7 @@ from llfsm_verify.kripke.values import Shown
 from llfsm_verify.monitoring.code import MachineCode, Place, atom_places, monitor_text
 from llfsm_verify.monitoring.lookup import Stepping, WalkTable, walk_table
 from llfsm_verify.program.program import Program
+from llfsm_verify.runtime.drawing import ANEW, Drawing
 from llfsm_verify.runtime.simulation import Simulation
 
 FOR_EVER = 1 << 62
@@ -31,7 +32,9 @@ class MonitoredSimulation(Simulation):
     `Simulation` with the same seed.
     """
 
-    def __init__(self, program: Program, monitors: Mapping[str, Stepping], seed: int | None = None) -> None:
+    def __init__(
+        self, program: Program, monitors: Mapping[str, Stepping], seed: int | None = None, law: Drawing = ANEW
+    ) -> None:
         """ValueError: a monitor reads what the program's letters do not show. MonitorTooLarge: see `walk_table`."""
         native = NativeProgram(program, events=True)
         self.names = tuple(monitors)
@@ -46,7 +49,7 @@ class MonitoredSimulation(Simulation):
         self._compiled: dict[bool, _Watch] = {}  # by whether for a quick start; shared with those made `anew`
         self._by_cycle = program.observe == "cycle"
         self._atoms = [monitor.atoms for monitor in monitors.values()]
-        super().__init__(native, seed)
+        super().__init__(native, seed, law)
 
     def _begin(self, seed: int | None, free: Mapping[str, int]) -> None:
         super()._begin(seed, free)
@@ -83,11 +86,13 @@ class MonitoredSimulation(Simulation):
         """Ringlets taken and cycles completed; a negative number of `cycles` is no limit."""
         chosen, left = self._held(inputs), ctypes.c_int64(cycles)
         code = self._code(quick=ringlets < LONG_RUN or self._text.count("\n") > FULL_EFFORT_LINES)
-        context = self._native.new_context(chosen)
-        context[PROCESS] = self._turn
+        turn, state, rows = self._turn, 0, list[int]()
         if self._random is not None:
-            context[PROCESS] = 0
-            context[RANDOM] = _nonzero_seed(self._random.getrandbits(64))
+            turn, state = 0, _nonzero_seed(self._random.getrandbits(64))
+            chosen, rows = self._draws.in_code(self.program, self._random)
+        table = (ctypes.c_int64 * max(1, len(rows)))(*rows)
+        context = self._native.new_context(chosen)
+        context[PROCESS], context[RANDOM], context[DRAWN] = turn, state, ctypes.addressof(table) if rows else 0
         size = self._layout.record_bytes
         buffer = (ctypes.c_char * size).from_buffer_copy(self.record)
         done, begin = 0, self.steps
@@ -96,7 +101,8 @@ class MonitoredSimulation(Simulation):
             self.steps = begin + done
             if (self._note() and stop) or context[STATUS]:
                 break
-        status = context[STATUS]
+        status, at = context[STATUS], self._context_layout.defaults
+        self._draws.note(self.program.choices, context[at : at + len(self.program.choices)])
         self.record, self.events = buffer.raw, ()
         self._turn = context[PROCESS] % max(1, len(self.program.processes))
         if status == BROKEN:

@@ -16,6 +16,8 @@ from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.word import truth
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice, FaultSite, Program
+from llfsm_verify.runtime.drawing import ANEW, Drawing, Draws, unknown_input
+from llfsm_verify.runtime.visited import Visits
 
 NOTHING = Schedule((), (), None)
 
@@ -36,7 +38,8 @@ class RandomRun:
     """One run: which process steps and every choice that nobody made is random.
 
     It ends where the state formula `until` is true. `drawn` are the choices to draw, in this order; others that the
-    program has (since a formula looks at them) are drawn beside, so that a formula does not change the run.
+    program has (since a formula looks at them) are drawn beside, so that a formula does not change the run. `law` says
+    how often, and with which probabilities.
     """
 
     def __init__(
@@ -47,6 +50,7 @@ class RandomRun:
         *,
         until: Formula | None = None,
         drawn: Sequence[str] | None = None,
+        law: Drawing = ANEW,
     ) -> None:
         self._execution = execution
         self._script = script
@@ -58,8 +62,11 @@ class RandomRun:
         by_name = {c.name: c for c in choices}
         self._drawn = [by_name[name] for name in order if name in by_name]
         self._others = [c for c in choices if c.name not in set(order)]
+        self._draws = Draws(law, len(execution.program.slots))
         self._until = until
         self._record = execution.start()
+        self.visits = Visits(execution.program, execution.layout)
+        self.visits.see(self._record)
         self._inputs: dict[str, str] = {}
         self._waiting = sorted(script.times)
         self._cycles: dict[int, int] = {}
@@ -124,8 +131,7 @@ class RandomRun:
         self._inputs.update(self._script.steps.get(number, {}))
 
     def _drawn_move(self, process: int) -> Move:
-        drawn = {choice.name: self._choose(choice, self._random) for choice in self._drawn}
-        return Move(process, drawn | {choice.name: self._choose(choice, self._beside) for choice in self._others})
+        return Move(process, self._choices(self._drawn, self._random) | self._choices(self._others, self._beside))
 
     def _take(self, move: Move, *, complete: bool = False) -> TraceStep:
         """Take a step. Misfit: it reads a choice that the move does not give, which shall be `complete`."""
@@ -142,17 +148,17 @@ class RandomRun:
             self.overflowed = True
         else:
             self._record = result.record
+            self.visits.see(self._record)
             assert move.process is not None, "an arrangement that has ended takes no step"
             self._cycles[move.process] = self._cycles.get(move.process, 0) + step.cycle
             if step.observed and self._until is not None:
                 self._letter = atoms_of(self._execution, result.record)
         return step
 
-    def _choose(self, choice: Choice, source: random.Random) -> int:
-        text = self._inputs.get(choice.source) if choice.kind != "age" else None
-        if text is not None:
-            return choice_value(choice, text)
-        return source.randint(choice.type.low, choice.type.high)
+    def _choices(self, choices: Sequence[Choice], source: random.Random) -> dict[str, int]:
+        texts = {c.name: self._inputs.get(c.source) if c.kind != "age" else None for c in choices}
+        drawn = self._draws.next([c for c in choices if texts[c.name] is None], source)
+        return {c.name: drawn[c.name] if (text := texts[c.name]) is None else choice_value(c, text) for c in choices}
 
 
 def _refuse_missing(program: Program, move: Move, read: Sequence[int]) -> None:
@@ -165,14 +171,9 @@ def _refuse_missing(program: Program, move: Move, read: Sequence[int]) -> None:
 def input_problem(program: Program, inputs: Mapping[str, str]) -> str | None:
     """Why these inputs cannot be given, or None."""
     choices = {choice.source: choice for choice in program.choices if choice.kind != "age"}
-    written = {v.name for v in program.vars if v.origin.kind == "input"}
     for name, text in inputs.items():
-        if name not in choices and name in written and any(choice.kind == "choose" for choice in program.choices):
-            known = ", ".join(c.name for c in program.choices if c.kind == "choose")
-            return f"`{name}` is written by the model of the surroundings; what it chooses can be set: {known}"
         if name not in choices:
-            known = ", ".join(choices) or "none that a step reads"
-            return f"`{name}` is not an input of the arrangement; inputs: {known}"
+            return unknown_input(program, name)
         try:
             choice_value(choices[name], text)
         except ValueProblem as problem:

@@ -13,6 +13,7 @@ from llfsm_verify.backends.native.executor import ENDED, OVERFLOW, Event, Native
 from llfsm_verify.kripke.values import Shown, shown
 from llfsm_verify.language.types import decimal_text
 from llfsm_verify.program.program import Choice, FaultSite, Input, Int, Program
+from llfsm_verify.runtime.drawing import ANEW, Drawing, Draws
 
 __tracebackhide__ = True
 """For pytest: a step that a test cannot take fails in the line of the test, not here."""
@@ -41,11 +42,11 @@ class SimulationOverflow(SimulationError):
 class Simulation:
     """Steps a program from its first initial configuration.
 
-    Inputs that a call does not choose are drawn at random from `seed`; without a seed they have their lowest values.
-    Processes take turns likewise: drawn at random, or one after the other. Equal seeds give equal runs.
+    Inputs that a call does not choose are drawn at random from `seed`, by `law`; without a seed they have their lowest
+    values. Processes take turns likewise: drawn at random, or one after the other. Equal seeds give equal runs.
     """
 
-    def __init__(self, program: Program | NativeProgram, seed: int | None = None) -> None:
+    def __init__(self, program: Program | NativeProgram, seed: int | None = None, law: Drawing = ANEW) -> None:
         self._native = program if isinstance(program, NativeProgram) else NativeProgram(program, events=True)
         self.program = self._native.program
         self._layout = self._native.layout
@@ -54,11 +55,13 @@ class Simulation:
         for choice in self.program.choices:
             for name in filter(None, (choice.input, choice.name)):
                 self._named.setdefault(name, {})[choice] = None
+        self._law = law
         self._begin(seed, {})
 
     def _begin(self, seed: int | None, free: Mapping[str, int]) -> None:
         self._random = None if seed is None else Random(seed)  # noqa: S311 - a reproducible sequence is wanted
         self._turn = 0
+        self._draws = Draws(self._law, len(self.program.slots))
         self.record = self._layout.first(free)
         """Where the simulation stands (see `backends.native.layout`); may be set to go elsewhere."""
         self.events: tuple[Event, ...] = ()
@@ -175,8 +178,9 @@ class Simulation:
         if self._random is None:
             result = self._native.run(self.record, ringlets, process=self._turn, choices=chosen)
         else:
-            seed = self._random.getrandbits(64)
-            result = self._native.run(self.record, ringlets, mode="random", seed=seed)
+            seed, chosen, table = self._random.getrandbits(64), *self._draws.in_code(self.program, self._random)
+            result = self._native.run(self.record, ringlets, mode="random", seed=seed, choices=chosen, table=table)
+            self._draws.note(self.program.choices, result.choices)
         self.record, self._turn, self.events = result.record, result.process, ()
         self.steps += result.steps
         if result.status != ENDED:
@@ -187,9 +191,8 @@ class Simulation:
         number = self._next_process(process)
         choices = dict(chosen)
         if self._random is not None:
-            for choice in self.program.choices:
-                if choice.name not in choices:
-                    choices[choice.name] = self._random.randint(choice.type.low, choice.type.high)
+            left = [choice for choice in self.program.choices if choice.name not in choices]
+            choices |= self._draws.next(left, self._random)
         result = self._native.step(self.record, number, choices)
         self._raise(result.status)
         self.record = result.record

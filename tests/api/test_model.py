@@ -85,10 +85,29 @@ def test_runs_are_those_of_the_command_line(lights, capsys):
     from llfsm_verify.cli import main
 
     assert main(["simulate", lights.path, "--cycles", "3", "--set", "car=true", "--seed", "1"]) == 0
-    printed = [line.split() for line in capsys.readouterr().out.splitlines()]
+    *printed, never = (line.split() for line in capsys.readouterr().out.splitlines())
     run = lights.simulate(cycles=3, seed=1, inputs={"car": True})
+    assert run.never_visited == {"timer": ("EW_TURN",), "ns": ("AMBER",), "ew": ("GREEN", "AMBER")}
+    assert never == ["Never", "visited:", "timer@EW_TURN,", "ns@AMBER,", "ew@GREEN,", "ew@AMBER."]
     table = [line.split() for line in run.table(fold=False).splitlines()]
     assert table == printed
+
+
+def test_how_inputs_are_drawn_is_told_as_on_the_command_line(lights):
+    always = lights.simulate(cycles=20, seed=1, draw={"car": 1})
+    assert {always.inputs(n)["car"] for n in range(1, len(always)) if always.inputs(n)} == {True}
+    assert lights.simulate(cycles=20, seed=1, draw={"car": {True: 1.0}}).table() == always.table()
+    often, seldom = (lights.simulate(cycles=99, seed=1, hold=hold) for hold in ("none", "1000s"))
+    assert len({seldom.inputs(n)["car"] for n in range(1, len(seldom)) if seldom.inputs(n)}) == 1
+    assert len({often.inputs(n)["car"] for n in range(1, len(often)) if often.inputs(n)}) == 2
+    for wrong, message in (({"hold": 5}, "hold `5` is neither"), ({"draw": {"cra": 0.5}}, "did you mean `car`")):
+        for call in (lights.simulate, lights.start, lights.monitor("G ns@RED").start):
+            with pytest.raises(ValueError, match=message):
+                call(seed=1, **wrong)
+        with pytest.raises(ValueError, match=message):
+            lights.run(simulate=True, **wrong)
+    with pytest.raises(ValueError, match="say how `simulate` draws inputs"):
+        lights.run(hold="5s")
 
 
 def test_inputs_are_held_and_changed(lights):

@@ -51,7 +51,7 @@ def test_a_seed_repeats_the_run():
 @pytest.mark.slow
 def test_inputs_can_be_held():
     never = llfsm("simulate", LIGHTS, "--cycles", "30", "--set", "car=false", "--seed", "1").stdout
-    assert "CAR_WAITING" not in never
+    assert "→ CAR_WAITING" not in never and "Never visited: timer@CAR_WAITING" in never
     always = llfsm("simulate", LIGHTS, "--cycles", "30", "--set", "car=true", "--seed", "1").stdout
     assert "→ CAR_WAITING when car" in steps(always)[1]
 
@@ -85,13 +85,13 @@ def test_the_end_of_an_arrangement_is_said():
 def test_rows_come_as_the_run_goes_and_an_interrupt_keeps_them():
     # Readline, which pytest loads, gives COLUMNS to processes that are not told their environment.
     environment = dict(os.environ)
-    process = subprocess.Popen(ENDLESS, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    process = subprocess.Popen(ENDLESS, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment)
     assert process.stdout is not None and process.stderr is not None
-    first = [process.stdout.readline() for _ in range(100)]
+    first = b"".join(process.stdout.readline() for _ in range(100))  # what is buffered after it is lost below
     process.send_signal(signal.SIGINT)
-    rest, errors = ended(process)
-    assert process.returncode == 130 and errors == "interrupted\n"
-    rows = [line.split() for line in "".join([*first, rest]).splitlines() if not line.startswith("─")]
+    _, errors = process.communicate()
+    assert process.returncode == 130 and errors == b"interrupted\n"
+    rows = [line.split() for line in first.decode().splitlines() if not line.startswith("─")]
     finished = steps(llfsm("simulate", LIGHTS, "--steps", "70", "--seed", "1").stdout)
     assert rows[1 : len(finished) + 1] == [line.split() for line in finished]
     assert rows[1] == ["0", "initially"] and rows[71][0] == "70"
@@ -111,6 +111,7 @@ def test_a_reader_who_has_seen_enough_ends_the_run():
 @pytest.mark.slow
 def test_columns_are_fixed_before_the_first_row():
     lines = llfsm("simulate", LIGHTS, "--steps", "300", "--seed", "2").stdout.splitlines()
+    assert lines.pop() == "Every state was visited."
     begins = {title: lines[0].index(title) for title in ("machine", "state", "fired", "inputs", "changes")}
     rules = [number for number, line in enumerate(lines) if line.startswith("─")]
     assert rules == list(range(5, len(lines), 4))  # after each cycle of three machines
@@ -123,11 +124,11 @@ def test_columns_are_fixed_before_the_first_row():
 
 
 def test_a_formula_ends_the_run():
-    done = llfsm("simulate", LIGHTS, "--seed", "1", "--until", "ew@GREEN && timer.ran", "--for", "30s")
-    assert done.returncode == 0 and done.stdout.endswith("`ew@GREEN && timer.ran` is true after step 55.\n")
-    assert done.stdout.splitlines()[-2].split()[:4] == ["55", "19", "18", "s"]
-    same = llfsm("simulate", LIGHTS, "--seed", "1", "--steps", "55").stdout.splitlines()
-    assert [line.split() for line in done.stdout.splitlines()[:-1]] == [line.split() for line in same]
+    done = llfsm("simulate", LIGHTS, "--seed", "1", "--until", "ew@GREEN && timer.ran", "--for", "30s", "--hold", "2s")
+    assert done.returncode == 0 and done.stdout.endswith("`ew@GREEN && timer.ran` is true after step 73.\n")
+    assert done.stdout.splitlines()[-2].split()[:4] == ["73", "25", "24", "s"]
+    same = llfsm("simulate", LIGHTS, "--seed", "1", "--steps", "73", "--hold", "2s").stdout.splitlines()
+    assert [line.split() for line in done.stdout.splitlines()[:-1]] == [line.split() for line in same[:-1]]
     at_once = llfsm("simulate", LIGHTS, "--seed", "1", "--until", "ew@RED", "-q")
     assert (at_once.returncode, at_once.stdout) == (
         0,
@@ -137,6 +138,7 @@ def test_a_formula_ends_the_run():
     assert never.returncode == 4 and never.stdout.splitlines() == [
         "60 steps, 20 cycles, 20 s of logical time",
         "`ns@GREEN && ew@GREEN` was not true within 60 steps: another seed, or more steps, may reach it.",
+        "Never visited: timer@EW_TURN, ns@AMBER, ew@GREEN, ew@AMBER.",
     ]
 
 
@@ -221,3 +223,47 @@ def test_runs_for_other_tools(tmp_path):
     assert [state["ns"] for state in states] == [line.split(",")[8] for line in lines[1:]]
     fault = llfsm("simulate", "-", "--set", "d=0", "--seed", "1", "--format", "json", stdin=FAULTING)
     assert fault.returncode == 1 and json.loads(fault.stdout)["ending"] == "fault" and "division" in fault.stderr
+
+
+def test_states_that_were_never_visited_are_said_in_every_format(tmp_path):
+    never = ["simulate", LIGHTS, "--cycles", "9", "--seed", "1", "--draw", "car=0"]
+    states = {"timer": ["CAR_WAITING", "EW_TURN"], "ns": ["AMBER"], "ew": ["GREEN", "AMBER"]}
+    said = f"Never visited: {', '.join(f'{machine}@{s}' for machine in states for s in states[machine])}.\n"
+    assert llfsm(*never, "-q").stdout.splitlines(keepends=True)[1:] == [said]
+    assert llfsm(*never).stdout.endswith(f"\n{said}")
+    told = llfsm(*never, "--format", "json")
+    assert json.loads(told.stdout)["never_visited"] == states and told.stderr == ""
+    rows = llfsm(*never, "--format", "csv", "-o", str(tmp_path / "rows.csv"))
+    assert (rows.stdout, rows.stderr) == ("", said)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", [("simulate",), ("run", "--simulate", "--for", "1s", "--rate", "0"), ("debug",)])
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        (("--hold", "5"), "--hold `5` is neither a time such as 5s, a number of cycles such as 20cycles, nor `none`"),
+        (("--draw", "cra=0.1"), "--draw `cra` is not an input of the arrangement; inputs: car; did you mean `car`?"),
+        (("--draw", "car=7"), "--draw car: `7` is not a probability, a number from 0 to 1"),
+        (("--draw", "car=1", "--draw", "car=1"), "--draw gives `car` twice: leave one out"),
+    ],
+)
+def test_wrong_laws_are_usage(command, option, message):
+    done = llfsm(command[0], LIGHTS, *command[1:], "--seed", "1", *option)
+    assert done.returncode == 2 and done.stderr.startswith(f"error: {message}")
+
+
+def test_what_is_not_drawn_has_no_law():
+    done = llfsm("simulate", LIGHTS, "--set", "car=true", "--draw", "car=0.5")
+    assert done.returncode == 2 and "--draw `car` has a value" in done.stderr
+    assert "--hold and --draw are for --simulate" in llfsm("run", LIGHTS, "--hold", "5s").stderr
+    assert "--hold and --draw say how --seed draws inputs" in llfsm("debug", LIGHTS, "--draw", "car=1").stderr
+
+
+@pytest.mark.slow
+def test_a_crossing_is_crossed_when_inputs_are_held():
+    """Drawn anew in every cycle, the ambulance comes so often that nobody ever walks."""
+    run = ["simulate", "tests/cli/crossing.yaml", "--seed", "7", "--for", "10min", "-q"]
+    assert llfsm(*run).stdout.endswith("Every state was visited.\n")
+    assert llfsm(*run, "--draw", "ambulance=0.02").stdout.endswith("Every state was visited.\n")
+    assert llfsm(*run, "--hold", "none").stdout.endswith("Never visited: road@AMBER, road@RED, feet@WALKING.\n")

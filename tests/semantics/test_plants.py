@@ -197,7 +197,7 @@ def test_a_seed_decides_what_it_chooses() -> None:
     )
 
     def run(seed: int) -> list[object]:
-        simulated = model.simulate(20, seed=seed)
+        simulated = model.simulate(20, seed=seed, hold="2cycles")
         return [simulated.values(step)["n"] for step in range(1, 21)]
 
     assert run(1) == run(1)

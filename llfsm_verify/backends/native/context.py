@@ -29,7 +29,8 @@ PROCESS = 6  # expand: the process whose steps are due; run: the one whose turn 
 STEPPED = 7  # expand: some process of this source could step
 STATUS = 8  # run: of the last step; expand: BROKEN when an edge was
 READ = 9  # how many choices the step had read before its letter
-HEADER_WORDS = 10
+DRAWN = 10  # run: address of the table by which choices are drawn before each step, or 0 (`loops`, draw)
+HEADER_WORDS = 11
 
 
 @dataclass(frozen=True, slots=True)

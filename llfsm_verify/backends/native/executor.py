@@ -13,6 +13,7 @@ from typing import Literal, NamedTuple
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.native.code import BROKEN, EVENT_KINDS, OVERFLOW
 from llfsm_verify.backends.native.context import (
+    DRAWN,
     EDGE_HEADER,
     ENDED,
     EVENTS,
@@ -74,6 +75,8 @@ class RunResult(NamedTuple):
     steps: int
     status: int
     process: int
+    choices: tuple[int, ...]
+    """The values that choices have by default after the run."""
 
 
 class Edge(NamedTuple):
@@ -253,13 +256,14 @@ class NativeProgram:
         stop_on_cycle: bool = False,
         process: int = 0,
         choices: Mapping[str, int] = MappingProxyType({}),
+        table: Sequence[int] = (),
     ) -> RunResult:
         """Up to `steps` steps in machine code, ended early by a failing step, by the end of the arrangement (after one
         stuttering step) and, with `stop_on_cycle`, by the end of a cycle.
 
         `first`: choices have the values of `choices`, else their lowest ones, and the processes go round, beginning
         with `process`. `random`: each choice read is drawn uniformly from its type, each process from those enabled,
-        reproducibly from `seed`.
+        reproducibly from `seed`. Where a `table` (`loops`, draw) is given, choices are drawn by it before each step.
         """
         self._check(record)
         if steps < 0:
@@ -268,6 +272,8 @@ class NativeProgram:
         context[PROCESS] = process
         if mode == "random":
             context[RANDOM] = _nonzero_seed(seed)
+        rows = (ctypes.c_int64 * max(1, len(table)))(*table)
+        context[DRAWN] = ctypes.addressof(rows) if table else 0
         buffer = self._record_type.from_buffer_copy(record)
         done = 0
         while done < steps:
@@ -281,7 +287,8 @@ class NativeProgram:
         status = context[STATUS]
         if status == BROKEN:
             raise BrokenProgramError(self.program.name)
-        return RunResult(buffer.raw, done, status, context[PROCESS] % max(1, len(self.program.processes)))
+        told = context[self._context.defaults : self._context.stamps]
+        return RunResult(buffer.raw, done, status, context[PROCESS] % max(1, len(self.program.processes)), tuple(told))
 
     def _check(self, record: Data) -> None:
         if len(record) != self.layout.record_bytes:

@@ -187,7 +187,7 @@ class ModuleText:
         sizes = ((c.type.high - c.type.low + 1) & (1 << 64) - 1 for c in choices)
         places = {
             "SAMPLES": context.samples, "DEFAULTS": context.defaults, "STAMPS": context.stamps,
-            "VALUES": context.values, "EVENTS": context.events,
+            "VALUES": context.values, "EVENTS": context.events, "CHOICES": len(choices),
         }  # fmt: skip
         emits = [emit_function(n, context.events) for n in sorted(self._arities)]
         return [

@@ -8,7 +8,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from llfsm_verify.backends.native.context import ENDED, EVENTS, PREFIX, PROCESS, SAMPLES, SOURCE, STATUS, STEP, STEPPED
+from llfsm_verify.backends.native.context import (
+    DRAWN,
+    ENDED,
+    EVENTS,
+    PREFIX,
+    PROCESS,
+    RANDOM,
+    SAMPLES,
+    SOURCE,
+    STATUS,
+    STEP,
+    STEPPED,
+)
 
 
 def fill(text: str, numbers: Mapping[str, int]) -> str:
@@ -39,6 +51,7 @@ define internal void @emit{arity}(ptr %c{parameters}) #1 {{
 # The value of a choice in this step: the one it was first read with; else the next prescribed one; else a random one
 # (xorshift64*: S. Vigna, An experimental exploration of Marsaglia's xorshift generators, scrambled, 2016; scaled by the
 # high word of a product), or its default.
+# draw: the choices of a table (`runtime.drawing`) keep their values or get new ones; none of them is kept where %fresh.
 HELPERS = f"""\
 define internal i64 @random(ptr %c, i64 %size) #1 {{
   %x0 = load i64, ptr %c
@@ -92,7 +105,12 @@ prescribed:
 open:
   %seed = load i64, ptr %c
   %fixed = icmp eq i64 %seed, 0
-  br i1 %fixed, label %default, label %drawn
+  br i1 %fixed, label %default, label %free
+free:
+  %table.p = getelementptr i64, ptr %c, i64 {DRAWN}
+  %table = load i64, ptr %table.p
+  %anew = icmp eq i64 %table, 0
+  br i1 %anew, label %drawn, label %default
 default:
   %default.i = add i64 %choice, <DEFAULTS>
   %default.p = getelementptr i64, ptr %c, i64 %default.i
@@ -112,6 +130,78 @@ done:
   store i64 %value, ptr %pair.v
   store i64 %value, ptr %value.p
   ret i64 %value
+}}
+define internal void @draw(ptr %c, ptr %table, ptr %random, i1 %fresh) #1 {{
+entry:
+  %never = icmp eq ptr %table, null
+  br i1 %never, label %out, label %loop
+loop:
+  %i = phi i64 [0, %entry], [%i.next, %next]
+  %over = icmp uge i64 %i, <CHOICES>
+  br i1 %over, label %out, label %look
+look:
+  %row.i = mul i64 %i, 3
+  %row = getelementptr i64, ptr %table, i64 %row.i
+  %like = load i64, ptr %row
+  %place.i = add i64 %i, <DEFAULTS>
+  %place = getelementptr i64, ptr %c, i64 %place.i
+  %itself = icmp eq i64 %like, %i
+  br i1 %itself, label %own, label %other
+other:
+  %on = icmp sge i64 %like, 0
+  br i1 %on, label %copy, label %next
+copy:
+  %model.i = add i64 %like, <DEFAULTS>
+  %model.p = getelementptr i64, ptr %c, i64 %model.i
+  %model = load i64, ptr %model.p
+  store i64 %model, ptr %place
+  br label %next
+own:
+  %keep.p = getelementptr i64, ptr %row, i64 1
+  %keep = load i64, ptr %keep.p
+  %holds = icmp ne i64 %keep, 0
+  %old = xor i1 %fresh, true
+  %held = and i1 %holds, %old
+  br i1 %held, label %chance, label %pick
+chance:
+  %luck = call i64 @random(ptr %random, i64 0)
+  %stays = icmp ult i64 %luck, %keep
+  br i1 %stays, label %next, label %pick
+pick:
+  %pieces.p = getelementptr i64, ptr %row, i64 2
+  %pieces = load i64, ptr %pieces.p
+  %even = icmp eq i64 %pieces, 0
+  br i1 %even, label %whole, label %weigh
+whole:
+  %size.p = getelementptr i64, ptr @sizes, i64 %i
+  %low.p = getelementptr i64, ptr @lows, i64 %i
+  br label %put
+weigh:
+  %word = call i64 @random(ptr %random, i64 0)
+  br label %piece
+piece:
+  %at = phi i64 [%pieces, %weigh], [%at.next, %piece]
+  %at.next = add i64 %at, 3
+  %until.p = getelementptr i64, ptr %table, i64 %at
+  %until = load i64, ptr %until.p
+  %within = icmp ule i64 %word, %until
+  %from.p = getelementptr i64, ptr %until.p, i64 1
+  %many.p = getelementptr i64, ptr %until.p, i64 2
+  br i1 %within, label %put, label %piece
+put:
+  %low.at = phi ptr [%low.p, %whole], [%from.p, %piece]
+  %size.at = phi ptr [%size.p, %whole], [%many.p, %piece]
+  %size = load i64, ptr %size.at
+  %offset = call i64 @random(ptr %random, i64 %size)
+  %low = load i64, ptr %low.at
+  %value = add i64 %low, %offset
+  store i64 %value, ptr %place
+  br label %next
+next:
+  %i.next = add i64 %i, 1
+  br label %loop
+out:
+  ret void
 }}"""
 
 # step: one step of process %p (their number: the stutter).
@@ -343,6 +433,10 @@ loop:
 once:
   call void @llvm.memcpy.p0.p0.i64(ptr %saved, ptr %r, i64 <RECORD>, i1 false)
   %p = call i64 @pick(ptr %r, ptr %c)
+  %drawn.p = getelementptr i64, ptr %c, i64 {DRAWN}
+  %drawn = load ptr, ptr %drawn.p
+  %random.p = getelementptr i64, ptr %c, i64 {RANDOM}
+  call void @draw(ptr %c, ptr %drawn, ptr %random.p, i1 false)
   %status = call i32 @step(ptr %r, ptr %c, i64 %p)
   %bad = icmp ne i32 %status, 0
   br i1 %bad, label %failed, label %good

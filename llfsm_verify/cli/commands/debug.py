@@ -8,11 +8,13 @@ from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 
 from llfsm_verify.arrangement.files import read_source
+from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.debugging import opened
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.collector import do_more_tasks
 from llfsm_verify.runtime.debugging.paths import DebugError
 from llfsm_verify.runtime.debugging.session import Driven, Session
+from llfsm_verify.runtime.drawing import DrawingError
 
 UNEXPECTED, IMPOSSIBLE = 1, 2
 PROMPT = "(debug) "
@@ -23,6 +25,12 @@ def run(options: Namespace) -> int:
     do_more_tasks()
     if options.what == "-" and options.script == "-":
         return usage("the arrangement and the commands cannot both come from standard input")
+    if options.seed is None and (options.hold is not None or options.draw):
+        return usage("--hold and --draw say how --seed draws inputs")
+    try:
+        options.draw = assignments("--draw", options.draw, once=True)
+    except ValueError as wrong:
+        return usage(str(wrong))
     given: list[str] = list(options.commands)
     if options.script is not None and options.script != "-":
         source, _ = read_source(options.script)
@@ -30,7 +38,10 @@ def run(options: Namespace) -> int:
     reads = options.script == "-" or (not given and options.script is None and options.what != "-")
     asks = reads and options.script is None and sys.stdin.isatty() and sys.stdout.isatty()
     with ExitStack() as left:
-        driven = opened(options, left)
+        try:
+            driven = opened(options, left)
+        except DrawingError as wrong:
+            return usage(f"--{wrong}")
         output = Output()
         if asks and not options.plain and isinstance(driven, Session):
             from llfsm_verify.cli.debug_panes import run_panes

@@ -33,6 +33,7 @@ from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.report.running import port_lines, report_lines
 from llfsm_verify.runtime.audit import ENDED, AuditLog, seal_of
+from llfsm_verify.runtime.drawing import DrawingError
 from llfsm_verify.runtime.live.codes import CROWDED, UNSERVED
 from llfsm_verify.runtime.live.loop import Prescribed
 from llfsm_verify.runtime.live.preparing import script_of
@@ -66,6 +67,7 @@ def run(options: Namespace) -> int:
         print(warning.render(), file=sys.stderr)
     try:
         held = assignments("--set", options.set)
+        draw = assignments("--draw", options.draw, once=True)
     except ValueError as wrong:
         return usage(str(wrong))
     simulated = options.simulate or options.inputs is not None
@@ -76,13 +78,15 @@ def run(options: Namespace) -> int:
     seed = None
     if options.seed is not None and not options.simulate:
         return usage("--seed is for --simulate")
+    if (options.hold is not None or options.draw) and (not options.simulate or options.inputs is not None):
+        return usage("--hold and --draw are for --simulate without --inputs: they say how inputs are drawn")
     if options.simulate and options.inputs is None:
         seed = options.seed if options.seed is not None else random.SystemRandom().randrange(1 << 32)
     making = Making(
         simulated=simulated, cycle_ms=options.cycle_ms, held=held, properties=properties, property_texts=texts,
         syntax=options.syntax, rate=options.rate if options.rate is not None else Fraction(1), seed=seed,
-        jitter=options.jitter, strict=options.on_overrun == "stop", heeds=options.on_violation == "stop",
-        record=options.record, sources=draft.sources, digest=draft.digest,
+        hold=options.hold, draw=draw, jitter=options.jitter, strict=options.on_overrun == "stop",
+        heeds=options.on_violation == "stop", record=options.record, sources=draft.sources, digest=draft.digest,
         limits=Limits(timeout=options.load_timeout, memory=options.load_memory),
     )  # fmt: skip
     try:
@@ -110,7 +114,10 @@ def run(options: Namespace) -> int:
         problem = "--panel needs a terminal as standard output"
     if problem is not None:
         return usage(problem)
-    loop = making.first(how, code, rounds=rounds, free=free, script=script)
+    try:
+        loop = making.first(how, code, rounds=rounds, free=free, script=script)
+    except DrawingError as wrong:
+        return usage(f"--{wrong}")
     arrangement = how.arrangement
     with (
         unhurried_errors(),

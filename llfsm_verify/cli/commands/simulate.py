@@ -7,6 +7,7 @@ import sys
 from argparse import Namespace
 from collections.abc import Iterator
 from dataclasses import dataclass
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement import load_arrangement
@@ -22,10 +23,12 @@ from llfsm_verify.cli.simulating import JSON, TABLE
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.cycles import Cycles
-from llfsm_verify.report.simulation import ending, exit_code, run_json, sentences, summary
+from llfsm_verify.report.simulation import exit_code, run_json, sentences, summary
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.report.tracewords import event_text
+from llfsm_verify.runtime.drawing import DrawingError, drawing_of
 from llfsm_verify.runtime.random_run import RandomRun, Script, input_problem
+from llfsm_verify.runtime.visited import never_visited
 from llfsm_verify.semantics.lowering import lower
 
 if TYPE_CHECKING:
@@ -69,6 +72,7 @@ def run(options: Namespace) -> int:
     program, until, sought = _sought(arrangement, base, options.until)
     try:
         held = assignments("--set", options.set)
+        draw = assignments("--draw", options.draw, once=True)
     except ValueError as wrong:
         return usage(str(wrong))
     problem = input_problem(program, held)
@@ -77,13 +81,17 @@ def run(options: Namespace) -> int:
     extent = extent_of(options, program)
     if isinstance(extent, str):
         return usage(extent)
+    try:
+        law = drawing_of(program, options.hold, draw, held)
+    except DrawingError as wrong:
+        return usage(f"--{wrong}")
     script = Script({0: held}) if options.inputs is None else read_script(options.inputs, program, held)
     seed = options.seed if options.seed is not None else random.SystemRandom().randrange(1 << 32)
     if options.seed is None:
         print(f"seed {seed}", file=sys.stderr)
     drawn = [choice.name for choice in base.choices]
     source = random.Random(seed)  # noqa: S311 - no secrets
-    simulated = RandomRun(Execution(program), script, source, until=until, drawn=drawn)
+    simulated = RandomRun(Execution(program), script, source, until=until, drawn=drawn, law=law)
     begin = None if options.begin is None else _follow(simulated, options.begin, arrangement)
     job = _Job(arrangement, program, simulated, seed, begin, sought, *extent)
     if options.quiet:
@@ -156,7 +164,9 @@ def _shown(job: _Job, held: dict[str, str], output: Output) -> int:
                 output.rich([Text(f"I{event_text(number, step, event)[1:]}.")])
         if output.closed:
             return 0
-    output.rich(Text(sentence) for sentence in _said(job, number - first))
+    output.rich(map(Text, _said(job, number - first, states=False)))
+    if not job.run.reached:
+        output.rich(map(Text, wrap(never_visited(job.run.visits.never), output.width, subsequent_indent="  ")))
     return exit_code(job.run, job.sought)
 
 
@@ -168,11 +178,13 @@ def _table(job: _Job, held: dict[str, str], width: int) -> RunTable:
     return RunTable(job.program, job.run.initial, held, None if job.begin is None else first, last, width)
 
 
-def _said(job: _Job, taken: int) -> list[str]:
+def _said(job: _Job, taken: int, *, states: bool = True) -> list[str]:
+    """How it ended, and (with `states`) which ones were never visited, unless it ended where it was to."""
     from llfsm_verify.report.text import fault_place
 
     said = sentences(job.run, taken, job.sought)
-    return said if job.run.fault is None else [*said, fault_place(job.run.fault)]
+    said += [] if job.run.fault is None else [fault_place(job.run.fault)]
+    return [*said, never_visited(job.run.visits.never)] if states and not job.run.reached else said
 
 
 def _summed(job: _Job, output: Output) -> int:
@@ -214,7 +226,6 @@ def _written(job: _Job, wanted: str, name: str | None) -> int:
         free = () if job.begin is None else job.begin.free
         timeline = stepped(job.arrangement, free, moves())
         write_timeline(timeline.part(first + 1, None), wanted, name)
-    if ending(job.run) != "steps" or job.sought is not None:
-        for sentence in _said(job, number):
-            print(sentence, file=sys.stderr)
+    for sentence in _said(job, number, states=wanted != JSON):
+        print(sentence, file=sys.stderr)
     return exit_code(job.run, job.sought)

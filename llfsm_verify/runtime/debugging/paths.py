@@ -14,6 +14,7 @@ from llfsm_verify.kripke.values import value_text
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice, Int, Program
 from llfsm_verify.runtime.debugging.start import Start, Stood
+from llfsm_verify.runtime.drawing import ANEW, Drawing, Draws
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.recording.file import Recording, Turn
@@ -54,17 +55,18 @@ class Path(Protocol):
 class Free:
     """Inputs keep the values that they are given, at first their `init`; processes take turns.
 
-    With a seed, inputs that nobody has set, and who steps, are drawn. What else a turn chooses (ages, `choose`) has its
-    lowest value until it is set.
+    With a seed, who steps is drawn, and so is all that nobody has set, by `law`. Otherwise what else a turn chooses
+    (ages, `choose`) has its lowest value until it is set.
     """
 
     kind = "arrangement"
     fixed = False
 
-    def __init__(self, execution: Execution, seed: int | None = None) -> None:
+    def __init__(self, execution: Execution, seed: int | None = None, law: Drawing = ANEW) -> None:
         self._execution = execution
         self.program = execution.program
         self._random = None if seed is None else random.Random(seed)  # noqa: S311 - a reproducible sequence is wanted
+        self._draws = Draws(law, len(self.program.slots))
         self.settable = _settable(self.program)
         """By the names of users: what can be set."""
         self.held: dict[str, int] = {}
@@ -111,14 +113,11 @@ class Free:
             name = self.program.processes[self.turn].name
             raise DebugError(f"process `{name}` has ended; `turn` names another one")
         given = self.held
-        values: dict[str, int] = {}
-        for name, choice in self.settable.items():
-            if name in given:
-                values[name] = given[name]
-            elif self._random is not None:
-                values[name] = self._random.randint(choice.type.low, choice.type.high)
-            else:
-                values[name] = self._inits[name]
+        values = {name: given.get(name, self._inits[name]) for name in self.settable}
+        if self._random is not None:
+            left = {choice.name: name for name, choice in self.settable.items() if name not in given}
+            drawn = self._draws.next([self.settable[name] for name in left.values()], self._random)
+            values |= {left[name]: value for name, value in drawn.items()}
         choices = {c.name: values[c.source] for c in self.program.choices}
         for name, value in values.items():
             choices.setdefault(name, value)  # inputs that only formulas read

@@ -15,8 +15,7 @@ LOG = 8  # address of the word that says how many bytes of the recording are who
 LIMIT = 9  # address where the mapped part of the recording ends
 SCRIPT = 10  # address of (step, choice, value), ordered by step
 SCRIPT_LEFT = 11  # how many of them are left
-DRAWN = 12  # address of a number for each choice, or 0: its own where it is drawn each turn, that of an earlier choice
-# that it equals, or -1
+DRAWN = 12  # address of the table by which choices are drawn before each turn (`runtime.drawing`), or 0
 RANDOM = 13  # state of the generator that draws
 WRITERS = 14  # address of (segment, copy, words, number of the newest frame read, where it is checked first)
 WRITER_COUNT = 15
@@ -52,8 +51,10 @@ WAKE_COUNT = 43
 WAKE_SOCKET = 44  # descriptor of the socket that sends
 RECORDED_BYTES = 37  # of the recording, with the entry that is being published
 RECORDED = 38  # number of the frame of that entry
+BEGUN = 45  # not 0: choices have been drawn
+VISITED = 46  # address of a word for each state of each machine: whether it was visited; or 0
 CONTROL_WORDS = 48
-KEPT = (RANDOM, ROUNDS, BASE, ROUND, STARTED, LAST, OVERRUNS, WORST, REFUSED)
+KEPT = (RANDOM, BEGUN, ROUNDS, BASE, ROUND, STARTED, LAST, OVERRUNS, WORST, REFUSED)
 """What a loop takes over from the one whose run it goes on with."""
 
 PAUSE = 2

@@ -16,6 +16,7 @@ from llfsm_verify.monitoring.code import MachineCode, atom_places, monitor_text
 from llfsm_verify.monitoring.lookup import walk_table
 from llfsm_verify.monitoring.states import Monitor
 from llfsm_verify.program.program import Program
+from llfsm_verify.runtime.drawing import ANEW, Drawing, likes_of
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.frame import (
     COUNTED,
@@ -32,6 +33,7 @@ from llfsm_verify.runtime.live.memory import store, words
 from llfsm_verify.runtime.live.monitors import verdicts_of
 from llfsm_verify.runtime.live.text import live_text
 from llfsm_verify.runtime.monitored import first_letter, first_states, places
+from llfsm_verify.runtime.visited import state_places, states_of, unvisited
 from llfsm_verify.semantics.operators import OPERATOR
 
 
@@ -88,8 +90,9 @@ class Loop:
     Processes that are forked after it is made run one and the same loop: the one whose turn it is.
 
     `period` and `jitter` are in nanoseconds; a period of 0 is a run without waiting. `free` are values of inputs that
-    have any value at first. With `seed` the choices in `drawn` get new values each turn; the others have the values of
-    `held`, else their lowest ones. Raises as `NativeProgram.new_context` for a choice or value that there is not.
+    have any value at first. With `seed` the choices in `drawn` are drawn by `law`, and visited states are noted; the
+    others have the values of `held`, else their lowest ones. Raises as `NativeProgram.new_context` for a choice or
+    value that there is not.
     """
 
     def __init__(
@@ -102,6 +105,7 @@ class Loop:
         held: Mapping[str, int] = MappingProxyType({}),
         seed: int | None = None,
         drawn: Iterable[str] = (),
+        law: Drawing = ANEW,
         strict: bool = False,
         heeds: bool = False,
     ) -> None:
@@ -120,6 +124,8 @@ class Loop:
         """The frame that is being made; whole between two calls of `go`."""
         self._previous = words(frames.words)
         self.histogram = words(control.BUCKETS)
+        self._states_of = states_of(code.program)
+        self._visited = words(max(1, len(self._states_of)))
         self._script: ctypes.Array[ctypes.c_int64] | None = None
         told = {
             control.TURNS: -1, control.PERIOD: period, control.JITTER: period // 2 if jitter is None else jitter,
@@ -131,11 +137,13 @@ class Loop:
         for word, value in told.items():
             self._control[word] = value
         if seed is not None:
-            likes = _drawn(code.program, set(drawn))
-            self._drawn = words(len(likes))
-            store(likes, self._drawn)
+            choices, parts = code.program.choices, len(code.program.processes)
+            table = law.table(choices, likes_of(code.program, set(drawn)), parts)
+            self._drawn = words(max(1, len(table)))
+            store(table, self._drawn)
             self._control[control.DRAWN] = ctypes.addressof(self._drawn)
             self._control[control.RANDOM] = _nonzero_seed(seed)
+            self._control[control.VISITED] = ctypes.addressof(self._visited)
         letter = first_letter(code.program, code.layout, self.record)
         first = first_states(code.tables, code.atoms, letter)
         self._states = words(len(first))
@@ -174,6 +182,7 @@ class Loop:
     def begin(self, now: int) -> None:
         """Commit the first frame: how things stand before the first turn, which is due at `now` (monotonic, ns)."""
         self._control[control.BASE] = now
+        self._visit()
         self.commit()
         self.decide()
 
@@ -207,6 +216,21 @@ class Loop:
         if reason == control.FAILED and self.status == BROKEN:
             raise BrokenProgramError(self.code.program.name)
         return reason
+
+    def _visit(self) -> None:
+        for name, begin in state_places(self.code.program):
+            self._visited[begin + self.code.layout.get(self.record, name)] = 1
+
+    @property
+    def never_visited(self) -> dict[str, tuple[str, ...]] | None:
+        """By machine, the states in which it never was; None: nobody has noted it."""
+        if not self._control[control.VISITED]:
+            return None
+        return unvisited(self._states_of, self._seen)
+
+    @property
+    def _seen(self) -> set[tuple[str, str]]:
+        return {state for state, seen in zip(self._states_of, self._visited, strict=False) if seen}
 
     @property
     def status(self) -> int:
@@ -290,6 +314,9 @@ class Loop:
         store(before._states, self._states)
         self.show(self._context[here : here + len(code.program.choices)])
         self.frame[NUMBER] -= 1
+        seen = before._seen
+        store([int(state in seen) for state in self._states_of], self._visited)
+        self._visit()
         self.commit()
 
     def perform(self, process: int, choices: Sequence[int], script: Sequence[Prescribed] = ()) -> int:
@@ -324,15 +351,3 @@ class Loop:
     def ending(self) -> str:
         """One of `live.frame.ENDINGS`."""
         return ENDINGS[self.frame[ENDING]]
-
-
-def _drawn(program: Program, names: set[str]) -> list[int]:
-    """For each choice its own number where it is drawn, that of the first choice of the same input, or -1."""
-    first: dict[str, int] = {}
-    likes = []
-    for number, choice in enumerate(program.choices):
-        if choice.name in names:
-            likes.append(first.setdefault(choice.input, number) if choice.input else number)
-        else:
-            likes.append(-1)
-    return likes

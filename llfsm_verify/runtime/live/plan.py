@@ -13,6 +13,7 @@ from llfsm_verify.checking.values import choice_value
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.monitoring.states import Monitor
 from llfsm_verify.program.program import Program
+from llfsm_verify.runtime.drawing import ANEW, Drawing
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.monitors import monitors_of
 from llfsm_verify.runtime.live.preparing import drawn_choices, free_values, runnable, safe_values, starting_values
@@ -65,6 +66,7 @@ class Plan:
         period: int,
         rounds: int = -1,
         seed: int | None = None,
+        law: Drawing = ANEW,
         jitter: Fraction | None = None,
         strict: bool = False,
         heeds: bool = False,
@@ -72,9 +74,9 @@ class Plan:
         fed: Collection[str] = (),
         script: Sequence[Prescribed] = (),
     ) -> Loop:
-        """A loop at its beginning. With `seed`, inputs that are neither held nor `fed` are drawn."""
+        """A loop at its beginning. With `seed`, inputs that are neither held nor `fed` are drawn, by `law`."""
         loop = Loop(
-            code, period=period, seed=seed, drawn=drawn_choices(self.program, self.held, fed),
+            code, period=period, seed=seed, drawn=drawn_choices(self.program, self.held, fed), law=law,
             jitter=None if jitter is None else int(jitter * NANOSECONDS), strict=strict, heeds=heeds,
             free={**self.free, **free}, held={**starting_values(self.program), **self.held},
         )  # fmt: skip

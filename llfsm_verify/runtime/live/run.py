@@ -9,7 +9,7 @@ import signal
 import threading
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -66,6 +66,8 @@ class RunReport:
     """Of an ending: the number of the signal that stopped it, or of the one that killed a process."""
     monitored: tuple[tuple[str, str, int], ...] = ()
     """Of each monitor: its property, its verdict, and the number of the frame that decided it, or 0."""
+    never_visited: Mapping[str, tuple[str, ...]] | None = None
+    """Of a simulation, by machine: the states in which it never was."""
 
 
 class Running(ABC):
@@ -238,7 +240,7 @@ class Running(ABC):
         return RunReport(
             ending, site, loop.number, cycles, loop.steps, self._seconds, told[control.REFUSED], lateness(loop),
             self._granted, self._unrecorded, loop.number if self._unrecorded is None else self._recorded,
-            frame[DETAIL], tuple(zip(loop.code.monitors, loop.verdicts, loop.decided, strict=True)),
+            frame[DETAIL], tuple(zip(loop.code.monitors, loop.verdicts, loop.decided, strict=True)), loop.never_visited,
         )  # fmt: skip
 
 

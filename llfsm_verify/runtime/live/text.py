@@ -13,6 +13,7 @@ from llfsm_verify.backends.native.loops import fill
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live import control, frame
 from llfsm_verify.runtime.live.frame import COUNTED, FrameLayout
+from llfsm_verify.runtime.visited import state_places
 from llfsm_verify.runtime.whiteboard import generations
 
 CLOCK_MONOTONIC, TIMER_ABSTIME = 1, 1
@@ -37,7 +38,7 @@ def live_text(native: NativeProgram, frames: FrameLayout, context: ContextLayout
     }  # fmt: skip
     numbers |= {name: number for name, number in vars(control).items() if isinstance(number, int)}
     numbers |= {f"H.{name}": number for name, number in vars(frame).items() if isinstance(number, int)}
-    own = [_reader(native, "ran", program.ran), _reader(native, "fired", program.fired)]
+    own = [_reader(native, "ran", program.ran), _reader(native, "fired", program.fired), _visits(native)]
     watched = _WATCHED if monitors else _UNWATCHED
     shown = "true" if program.observe == "ringlet" else "%complete"
     return fill("\n".join([*own, _counted(), watched.replace("<SHOWN>", shown), _TEXT, generations.TEXT]), numbers)
@@ -59,6 +60,16 @@ def _reader(native: NativeProgram, name: str, output: str) -> str:
     writer = FunctionText(native.layout, {}, ())
     writer.line(f"ret i64 {writer.number(writer.load(output))}")
     return f"define internal i64 @{name}(ptr noalias %r, ptr noalias %c) #1 {writer.text()}"
+
+
+def _visits(native: NativeProgram) -> str:
+    """A function that writes down in which state each machine is, a word for each state of each machine."""
+    writer = FunctionText(native.layout, {}, ())
+    for name, begin in state_places(native.program):
+        place = writer.name(f"add i64 {writer.number(writer.load(name))}, {begin}")
+        writer.line(f"store i64 1, ptr {writer.name(f'getelementptr i64, ptr %v, i64 {place}')}")
+    writer.line("ret void")
+    return f"define internal void @visits(ptr noalias %r, ptr noalias %c, ptr noalias %v) #1 {writer.text()}"
 
 
 def _counted() -> str:
@@ -92,6 +103,7 @@ out:
 #   after the first ringlet are recorded.
 # command: what an operator commanded in the turn before comes no more; the next command, if there is one, does.
 # begin: choices get the values that are in force now, which the frame shows.
+# visit: in which states machines are, where somebody wants to know.
 # note: what the ringlet fired, and its events, for the frame.
 # turn: the ringlets of one cycle of process %p; the status of the last one. The record is as before a step that failed.
 # commit: the frame is complete: record how it differs from the one before, and publish it.
@@ -344,50 +356,15 @@ with:
 out:
   ret void
 }}
-define internal void @draw(ptr %c, ptr %t) #1 {{
-entry:
+define internal void @begin(ptr %c, ptr %t) #1 {{
   %drawn.p = getelementptr i64, ptr %t, i64 <DRAWN>
   %drawn = load ptr, ptr %drawn.p
-  %never = icmp eq ptr %drawn, null
   %random.p = getelementptr i64, ptr %t, i64 <RANDOM>
-  br i1 %never, label %out, label %loop
-loop:
-  %i = phi i64 [0, %entry], [%i.next, %next]
-  %over = icmp uge i64 %i, <CHOICES>
-  br i1 %over, label %out, label %look
-look:
-  %like.p = getelementptr i64, ptr %drawn, i64 %i
-  %like = load i64, ptr %like.p
-  %place.i = add i64 %i, <DEFAULTS>
-  %place = getelementptr i64, ptr %c, i64 %place.i
-  %itself = icmp eq i64 %like, %i
-  br i1 %itself, label %pick, label %other
-other:
-  %on = icmp sge i64 %like, 0
-  br i1 %on, label %copy, label %next
-copy:
-  %model.i = add i64 %like, <DEFAULTS>
-  %model.p = getelementptr i64, ptr %c, i64 %model.i
-  %model = load i64, ptr %model.p
-  store i64 %model, ptr %place
-  br label %next
-pick:
-  %size.p = getelementptr i64, ptr @sizes, i64 %i
-  %size = load i64, ptr %size.p
-  %offset = call i64 @random(ptr %random.p, i64 %size)
-  %low.p = getelementptr i64, ptr @lows, i64 %i
-  %low = load i64, ptr %low.p
-  %value = add i64 %low, %offset
-  store i64 %value, ptr %place
-  br label %next
-next:
-  %i.next = add i64 %i, 1
-  br label %loop
-out:
-  ret void
-}}
-define internal void @begin(ptr %c, ptr %t) #1 {{
-  call void @draw(ptr %c, ptr %t)
+  %begun.p = getelementptr i64, ptr %t, i64 <BEGUN>
+  %begun = load i64, ptr %begun.p
+  %fresh = icmp eq i64 %begun, 0
+  store i64 1, ptr %begun.p
+  call void @draw(ptr %c, ptr %drawn, ptr %random.p, i1 %fresh)
   call void @sources(ptr %c, ptr %t)
   call void @command(ptr %c, ptr %t)
   call void @script(ptr %c, ptr %t, i64 0)
@@ -397,6 +374,17 @@ define internal void @begin(ptr %c, ptr %t) #1 {{
   %choices = getelementptr i64, ptr %image, i64 <AT.CHOICES>
   %bytes = mul i64 <CHOICES>, 8
   call void @llvm.memcpy.p0.p0.i64(ptr %choices, ptr %defaults, i64 %bytes, i1 false)
+  ret void
+}}
+define internal void @visit(ptr %r, ptr %c, ptr %t) #1 {{
+  %visited.p = getelementptr i64, ptr %t, i64 <VISITED>
+  %visited = load ptr, ptr %visited.p
+  %unasked = icmp eq ptr %visited, null
+  br i1 %unasked, label %out, label %look
+look:
+  call void @visits(ptr %r, ptr %c, ptr %visited)
+  br label %out
+out:
   ret void
 }}
 define internal void @note(ptr %r, ptr %c, ptr %image) #1 {{
@@ -471,6 +459,7 @@ good:
   %steps.next = add i64 %steps, 1
   store i64 %steps.next, ptr %steps.p
   call void @note(ptr %r, ptr %c, ptr %image)
+  call void @visit(ptr %r, ptr %c, ptr %t)
   %complete = call i1 @cycle(ptr %r)
   %new = call i1 @watch(ptr %r, ptr %t, i1 %complete)
   %was = load i64, ptr %settled.p

@@ -15,6 +15,7 @@ from llfsm_verify.jsonvalue import Json
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.program.program import Int
+from llfsm_verify.runtime.drawing import ANEW, drawing_of
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.plan import NONE, Plan, plan
 from llfsm_verify.runtime.loading.limits import DEFAULT
@@ -51,6 +52,10 @@ class Making:
     rate: Fraction = Fraction(1)
     seed: int | None = None
     """Inputs that nothing gives are drawn."""
+    hold: str | None = "none"
+    """For how long they keep their values, as users write it; None: by default."""
+    draw: Mapping[str, str] = field(default_factory=dict)
+    """How likely their values are."""
     jitter: Fraction | None = None
     strict: bool = False
     heeds: bool = False
@@ -72,9 +77,10 @@ class Making:
         self, how: Plan, code: LiveCode, *, rounds: int, free: Mapping[str, int] = MappingProxyType({}),
         script: Sequence[Prescribed] = (),
     ) -> Loop:  # fmt: skip
-        """The loop of the first run. ValueError: see `Plan.period`."""
+        """The loop of the first run. ValueError: see `Plan.period`, and `drawing_of`."""
+        law = ANEW if self.seed is None else drawing_of(how.program, self.hold, self.draw, self.held)
         return how.loop(
-            code, period=how.period(self.rate), rounds=rounds, seed=self.seed, jitter=self.jitter,
+            code, period=how.period(self.rate), rounds=rounds, seed=self.seed, law=law, jitter=self.jitter,
             strict=self.strict, heeds=self.heeds, free=free, fed=self.fed, script=script,
         )  # fmt: skip
 

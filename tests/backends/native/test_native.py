@@ -228,7 +228,7 @@ def test_steps_that_may_not_be_taken_are_refused() -> None:
     stutter = native.step(after, None, {})
     assert native.layout.decode(stutter.record) == native.layout.decode(after)
     assert native.layout.get(stutter.record, "cycle") == 0
-    assert native.run(first, 10) == (stutter.record, 2, ENDED, 0)
+    assert native.run(first, 10) == (stutter.record, 2, ENDED, 0, (0,))
 
 
 def ending(observe: str) -> Program:
