@@ -152,6 +152,7 @@ PROVOKED: dict[str, Provoked] = {
     "E339": _rule("x: F[110ms:190ms] m@ON"),
     "E342": _rule("forbid x: m@ON*"),
     "E344": _rule("forbid x: [m@ON && m@OFF]"),
+    "E345": _rule("x: G (initially m@OFF -> go)"),
     "E352": Provoked(("llfsm property print --to spin 'G (p -> O q)'",)),
     "E353": Provoked(("llfsm property accepts 'G p' 'p;!p'",)),
     "E360": Provoked(("llfsm verify a.yaml p.ltl",), {**LAMP, "p.ltl": AUTOMATON, "bad.hoa": "never { }\n"}),
@@ -405,6 +406,11 @@ schedule: [part, owner]
     "W002": _lint(_does("if (n < 16) lamp = true;", "n: {type: 0..9, role: input}, lamp: {type: bool, role: output}")),
     "W003": Provoked(("llfsm monitor 'G env@S' --arrangement a.yaml --as table",), _model("go = choose(bool);", GO)),
     "W301": Provoked(("llfsm monitor 'G (go -> X[12] m@ON)' --arrangement a.yaml --as machine",), LAMP),
+    "W302": _rule("x: go -> F m@ON"),
+    "W303": _rule(
+        "x: G (n == 3.5 -> lamp)",
+        _does("lamp = n > 3;", "n: {type: 0..9, role: input}, lamp: {type: bool, role: output}"),
+    ),
     "W402": Provoked(
         (
             RING,  # what is compiled is kept

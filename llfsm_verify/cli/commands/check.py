@@ -17,6 +17,7 @@ from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.cli import report_failure
 from llfsm_verify.cli.inputs import files_read
 from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.properties import told
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, hint_of_near, without_controls
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import names_file
@@ -63,7 +64,8 @@ def _check(path: Path, properties: Sequence[Path]) -> Result:
     arrangement = load_arrangement(path)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
-    return verify(arrangement, parse_properties([read_property_source(file) for file in properties]), Options())
+    lines = parse_properties([read_property_source(file) for file in properties])
+    return verify(arrangement, told(lines, arrangement), Options())
 
 
 def _show(title: str, result: Result, output: Output, *, quiet: bool) -> None:
