@@ -396,6 +396,34 @@ schedule: [part, owner]
     "L020": _lint({"a.yaml": f"lint: {{L003: the first one shall win}}\n{LAMP['a.yaml']}"}),
     "L021": _lint(_states("{name: A, stays: true}", GO)),
     "L022": _lint({"a.yaml": f"types: {{Phase: [DAY, NIGHT]}}\n{LAMP['a.yaml']}"}),
+    "L023": _lint(
+        {
+            "a.yaml": """\
+cycle_ms: 1000
+whiteboard: {lamp: {type: bool, role: output}}
+machines:
+  a:
+    inline:
+      machine: A
+      states:
+        - {name: OFF, on_entry: lamp = false;, transitions: [{when: after(2), to: ON}]}
+        - {name: ON, on_entry: lamp = true;}
+  b: {inline: {machine: B, states: [{name: B, stays: true}]}}
+schedule: [a, b]
+"""
+        }
+    ),
+    "L024": _lint(
+        {
+            "a.yaml": f"""\
+whiteboard: {{{GO}, wish: {{type: bool}}, lamp: {{type: bool, role: output}}}}
+machines:
+  a: {{inline: {{machine: Lamp, states: [{{name: A, internal: lamp = wish;, stays: true}}]}}}}
+  b: {{inline: {{machine: Wish, states: [{{name: A, internal: wish = go;, stays: true}}]}}}}
+schedule: [a, b]
+"""
+        }
+    ),
     "W001": _lint(
         {
             "a.yaml": LAMP["a.yaml"]
