@@ -13,6 +13,7 @@ from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.vacuity import Vacuity
 from llfsm_verify.checking.verdict import FaultFinding, PropertyResult, Result, Verdict
+from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.program.program import FaultSite
@@ -83,6 +84,11 @@ class CheckResult:
         """As the command line's: 0 all hold, 1 something is violated, or holds vacuously and the check was `strict`,
         4 something is unknown, 130 interrupted."""
         return self.wrapped.exit_code
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """What may be meant otherwise in the properties, such as a formula that lacks `G`."""
+        return self.wrapped.warnings
 
     @property
     def escape(self) -> TraceView | None:

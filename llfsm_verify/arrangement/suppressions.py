@@ -33,6 +33,8 @@ CODES: dict[str, str] = {
     "L020": "A suppression that suppresses nothing.",
     "L021": "A variable that nothing reads or writes.",
     "L022": "A type that nothing uses, or a table that nothing looks up.",
+    "L023": "A state in which a machine finishes that others need, while other machines go on.",
+    "L024": "A machine that has its turn before the only writer of what it reads.",
 }
 """The findings of `llfsm lint`, with what each means."""
 

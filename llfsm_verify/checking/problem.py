@@ -113,7 +113,10 @@ def _hidden_by_definitions(scope: PropertyScope, properties: PropertySet) -> Ite
         ("a machine of the arrangement", scope.machines),
         ("a value of an enumeration", scope.enumerators),
         ("a type of the arrangement", scope.types),
-        ("a word of properties", (*RESERVED, *STEP_WORDS, *PROPERTY_FUNCTIONS, *OBSERVATIONS, *MACHINE_FUNCTIONS)),
+        (
+            "a word of properties",
+            (*RESERVED, *STEP_WORDS, *PROPERTY_FUNCTIONS, *OBSERVATIONS, *MACHINE_FUNCTIONS, "initially"),
+        ),
     )
     for name, place in properties.definitions.items():
         what = next((what for what, names in known if name in names), None)

@@ -10,7 +10,9 @@ from llfsm_verify.checking.trace import Trace
 NO_RUN = "no run satisfies the assumptions, so this says nothing"
 """What is said of every property then."""
 PERHAPS_NO_RUN = "whether any run satisfies the assumptions is not known"
-FindingKind = Literal["antecedent", "subformula", "valid", "unsatisfiable", "letter", "assumptions", "escape"]
+FindingKind = Literal[
+    "antecedent", "subformula", "valid", "unsatisfiable", "letter", "assumptions", "escape", "initial"
+]
 
 Looked = Literal["no", "antecedents", "all"]
 
@@ -19,7 +21,7 @@ Looked = Literal["no", "antecedents", "all"]
 class VacuityFinding:
     """`antecedent`: of an implication, never true. `subformula`: it does not matter. `valid`, `unsatisfiable`: by
     itself, whatever the arrangement. `letter`: one that never holds. `assumptions`: no run satisfies them. `escape`:
-    some run comes to where no continuation does."""
+    some run comes to where no continuation does. `initial`: a part of it is about the initial configuration only."""
 
     kind: FindingKind
     message: str

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, TypeVar
 
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.vacuity import NO_RUN, Vacuity
-from llfsm_verify.diagnostics import Span
+from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.limits import Limits
 from llfsm_verify.program.program import FaultSite
@@ -150,6 +150,8 @@ class Result:
     """All that makes passes empty was asked for."""
     notes: tuple[str, ...] = ()
     """What may be meant otherwise in the arrangement, whatever is asked."""
+    warnings: tuple[Diagnostic, ...] = ()
+    """What may be meant otherwise in the properties, assumptions among them."""
     escape: Trace | None = None
     """A run to where the arrangement escapes the assumptions; the vacuity of what holds has the finding."""
 

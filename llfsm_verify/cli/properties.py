@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import sys
 from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import PLAIN, Feature, PropertySet, parse_properties
 from llfsm_verify.logic.reading import GivenLines, read_source
 from llfsm_verify.registry import Unregistered, meant
+
+if TYPE_CHECKING:
+    from llfsm_verify.arrangement.model import Arrangement
 
 COMMAND_LINE: Final = "<command line>"
 """The name of what is given as it is."""
@@ -20,6 +24,15 @@ def read_properties(options: Namespace, features: frozenset[Feature] = PLAIN) ->
     """What `properties` and `property` of the command line ask for, in `syntax`. Raises DiagnosticError, also where a
     property needs more than `features`."""
     return parse_properties(property_sources(options), options.syntax, features)
+
+
+def told(properties: PropertySet, arrangement: Arrangement | None) -> PropertySet:
+    """The same, after what may be meant otherwise in them was said on standard error."""
+    from llfsm_verify.checking.doubts import doubts
+
+    for doubt in doubts(arrangement, properties):
+        print(doubt.render(), file=sys.stderr)
+    return properties
 
 
 def chosen(properties: PropertySet, names: Sequence[str]) -> PropertySet:

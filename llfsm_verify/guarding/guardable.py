@@ -53,8 +53,10 @@ def guardable(
     roles = {w.variable.name: w.role for w in arrangement.whiteboard}
     read = dict.fromkeys(r.variable.name for atom in atoms for r in of_kind(atom, Read))
     outputs = tuple(name for name in read if roles.get(name) == "output")
-    first = not_safe(line, clock) or next(
-        (r for atom in atoms for r in _in_the_way(atom, arrangement, own_monitor)), None
+    first = (
+        _only_initial(line)
+        or not_safe(line, clock)
+        or next((r for atom in atoms for r in _in_the_way(atom, arrangement, own_monitor)), None)
     )
     if first is None and not outputs and not own_monitor:
         first = Refusal(
@@ -87,6 +89,12 @@ def unfit_assumptions(lines: Iterable[Property], arrangement: Arrangement) -> It
 def unfit(line: Property, refusal: Refusal) -> Diagnostic:
     """E438: what is wrong with an assumption."""
     return Diagnostic(UNFIT, f"`{line.name}` cannot be assumed: {refusal.reason}", refusal.span, hint=refusal.hint)
+
+
+def _only_initial(line: Property) -> Refusal | None:
+    if line.doubt is None:
+        return None
+    return Refusal(line.doubt.message, line.span, line.doubt.hint or "write `G (…)`")
 
 
 def not_safe(line: Property, clock: Clock | None) -> Refusal | None:

@@ -122,7 +122,7 @@ def interval(e: typed.Expression) -> Interval:
         case typed.Literal():
             value = _natural(int(e.value), e.type)
             return value, value
-        case typed.Read() | typed.ReadLocal():
+        case typed.Read() | typed.ReadLocal() | typed.Sampled():
             return _declared(e.type)
         case typed.Lookup():
             return _declared(e.type)

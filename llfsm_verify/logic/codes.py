@@ -47,6 +47,7 @@ REGULAR_LETTER: Final = "E340"
 REPETITION: Final = "E341"
 REGULAR_EMPTY: Final = "E342"
 REGULAR_NOTHING: Final = "E344"
+INITIALLY: Final = "E345"
 UNKNOWN_SYNTAX: Final = "E350"
 FOREIGN: Final = "E351"
 UNSAYABLE: Final = "E352"
@@ -59,6 +60,8 @@ HOA_NUMBER: Final = "E363"
 AUTOMATON_COMPLEMENT: Final = "E364"
 AUTOMATON_FILE: Final = "E365"
 LIMIT: Final = "W301"
+INITIAL_ONLY: Final = "W302"
+NEVER_EQUAL: Final = "W303"
 
 MEANINGS: Final[dict[str, str]] = {
     UNREADABLE: "a property file is missing or cannot be read",
@@ -114,6 +117,9 @@ MEANINGS: Final[dict[str, str]] = {
     HOA_NUMBER: "a file of automata holds none or several, and one is expected",
     AUTOMATON_COMPLEMENT: "an automaton of the allowed runs is not deterministic",
     AUTOMATON_FILE: "the text after `automaton NAME:` is not the name of a file",
+    INITIALLY: "`initially` under a temporal operator, or where only one moment is asked for",
     LIMIT: "an answer about a formula is not known, because a limit was reached",
+    INITIAL_ONLY: "a formula, or a part of one, stands under no temporal operator and does not say `initially`",
+    NEVER_EQUAL: "a property compares a number with one that it can never be",
     MISPLACED_SIGN: "a sign that has no meaning there (`?`, `:`, `{`, `}`)",
 }

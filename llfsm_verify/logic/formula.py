@@ -16,7 +16,7 @@ from llfsm_verify.logic.quoting import needs_quotes
 Op = Literal[
     "true", "false", "atom", "not", "and", "or", "xor", "implies", "iff", "X", "F", "G", "U", "W", "R", "M",
     "Y", "Z", "O", "H", "S", "T", "X[]", "F[]", "G[]", "F<=", "G<=", "U<=", "R<=",
-    "empty", "seq", "fuse", "alt", "inter", "nlm", "repeat", "first_match", "[]->", "<>->", "closure",
+    "empty", "seq", "fuse", "alt", "inter", "nlm", "repeat", "first_match", "[]->", "<>->", "closure", "initially",
 ]  # fmt: skip
 
 ARITY: dict[Op, int | None] = {
@@ -38,6 +38,8 @@ EXTENDED_ARITY: dict[Op, int | None] = {
     "empty": 0, "seq": None, "fuse": None, "alt": None, "inter": None, "nlm": None, "repeat": 1, "first_match": 1,
     # an expression with a formula: after every match, after some match; and the weak closure of an expression
     "[]->": 2, "<>->": 2, "closure": 1,
+    # only in formulas as they are written: it means its argument
+    "initially": 1,
 }  # fmt: skip
 """The number of arguments of every operator; None: two or more (docs/property-reference.md says what each means)."""
 
@@ -222,7 +224,7 @@ _LEVEL: dict[Op, int] = {
     "iff": 1, "implies": 2, "or": 3, "xor": 4, "and": 5,
     "U": 6, "W": 6, "R": 6, "M": 6, "S": 6, "T": 6, "U<=": 6, "R<=": 6,
     "not": 7, "X": 7, "F": 7, "G": 7, "Y": 7, "Z": 7, "O": 7, "H": 7,
-    "X[]": 7, "F[]": 7, "G[]": 7, "F<=": 7, "G<=": 7, "atom": 8, "true": 8, "false": 8,
+    "initially": 7, "X[]": 7, "F[]": 7, "G[]": 7, "F<=": 7, "G<=": 7, "atom": 8, "true": 8, "false": 8,
 }  # fmt: skip
 """How tightly an operator binds (the levels of grammar.lark)."""
 

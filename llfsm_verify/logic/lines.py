@@ -156,6 +156,10 @@ def _refuse_unknown_kind(text: Fragment, first: Token) -> None:
     match = _TWO_WORDS.match(text.text, first.start)
     if match is None:
         return
+    if match[1] == "initially":
+        message, name = "`initially` is not a kind of property: it stands before a formula", match[2]
+        span = text.span(*match.span(1))
+        raise DiagnosticError(Diagnostic(codes.BAD_NAME, message, span, hint=f"write `{name}: initially …`"))
     kind = kind_meant(match[1])
     if kind is not None and kind != match[1]:
         raise _misspelt(text, match.span(1), match[1], kind)

@@ -13,6 +13,7 @@ from llfsm_verify.fileformat import judge_format
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import TimeBound, without_steps
 from llfsm_verify.logic.formula import BINDING, PAST, TIMED, Formula, operators, to_text
+from llfsm_verify.logic.initial import forgotten
 from llfsm_verify.logic.lines import Kind, Line, logical_lines, read_line
 from llfsm_verify.logic.parsing.bounds import time_bounds
 from llfsm_verify.logic.parsing.definitions import Definitions, Member, family, is_definition, is_family
@@ -56,6 +57,8 @@ class Property:
     syntax: str = "llfsm"
     bounds: tuple[tuple[Span, TimeBound], ...] = ()
     """The places of its bounds in time, and these."""
+    doubt: Diagnostic | None = None
+    """The warning (W302) that it, or a part of it, speaks of the initial configuration only."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -279,7 +282,9 @@ def _property(
     ):
         _refuse_unless(feature in features or not used & ops, what, place)
     formula = without_steps(parsed.formula)
-    return Property(line.name, line.kind, written, place, formula, parsed.atoms, syntax=syntax, bounds=bounds)
+    arrow = any(token.text == "-->" for token in words.tokens)
+    doubt = forgotten(parsed.written or parsed.formula, place, arrow=arrow, ours=syntax == "llfsm")
+    return Property(line.name, line.kind, written, place, formula, parsed.atoms, None, None, syntax, bounds, doubt)
 
 
 def _refuse_unless(fine: bool, what: str, place: Span) -> None:

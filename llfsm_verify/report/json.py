@@ -54,6 +54,7 @@ def result_object(result: Result) -> dict[str, Json]:
         "properties": [_property(result, item) for item in result.properties],
         "strict": result.strict,
         "notes": list(result.notes),
+        "warnings": [diagnostic_object(warning) for warning in result.warnings],
         "faults": {
             "verdict": result.faults.verdict.value,
             "reason": result.faults.reason,

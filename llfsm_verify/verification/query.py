@@ -12,6 +12,7 @@ from llfsm_verify.checking.verdict import Attempt, Options, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.formula import BOOLEAN, apply, operators
+from llfsm_verify.logic.parsing.formulas import refuse_initially
 from llfsm_verify.logic.parsing.tokens import tokenise
 from llfsm_verify.logic.parsing.words import Words
 from llfsm_verify.logic.properties import Property, PropertySet
@@ -102,6 +103,8 @@ def parse_query(text: str, name: str, syntax: str = "llfsm") -> Query:
         raise DiagnosticError(Diagnostic(codes.EMPTY, "there is no formula", whole.span(0, 0)))
     place = whole.span(words[0].start, words[-1].end)
     parsed = parse_in(syntax, whole)
+    if syntax == "llfsm":
+        refuse_initially(Words(whole, words), "in a query", "ask `llfsm verify` for `initially p`")
     temporal = operators(parsed.formula) - BOOLEAN
     if temporal:
         message = "a state formula is expected: it says what is true at one moment, without temporal operators"

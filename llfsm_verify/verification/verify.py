@@ -9,12 +9,14 @@ from typing import cast
 
 from llfsm_verify.arrangement.ending import ending_notes
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.doubts import doubts
 from llfsm_verify.checking.engine import Start
 from llfsm_verify.checking.problem import Problem, bind
-from llfsm_verify.checking.verdict import EarlyVerdict, Options, Result
+from llfsm_verify.checking.vacuity import VacuityFinding
+from llfsm_verify.checking.verdict import EarlyVerdict, Options, PropertyResult, Result, Verdict
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Observe
-from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.verification import harness
 from llfsm_verify.verification.contradiction import without_contradicted
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
@@ -40,7 +42,22 @@ def verify(
     result = checker(engine)(problem, options)
     if not options.allow_contradiction:
         result = without_contradicted(result)
-    return replace(result, notes=(*ending_notes(arrangement), *_never_true(problem)))
+    return replace(
+        result,
+        properties=tuple(
+            _doubted(item, line) for item, line in zip(result.properties, problem.properties, strict=True)
+        ),
+        notes=(*ending_notes(arrangement), *_never_true(problem)),
+        warnings=doubts(arrangement, properties),
+    )
+
+
+def _doubted(item: PropertyResult, line: Property) -> PropertyResult:
+    """What holds at the initial configuration only is a finding, as what makes other passes empty."""
+    if line.doubt is None or item.verdict is not Verdict.HOLDS:
+        return item
+    finding = VacuityFinding("initial", line.doubt.message, item.text)
+    return replace(item, vacuity=replace(item.vacuity, findings=(finding, *item.vacuity.findings)))
 
 
 def _telling_once(options: Options) -> Options:

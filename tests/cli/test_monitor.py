@@ -34,7 +34,7 @@ def ask(*arguments, stdin=""):
         ("forbid initially a", 0, "monitorable: after every word", "3 states: 1 not yet, 1 true, 1 false"),
         ("enforce order: (m@A m@B m@C)*", 0, "monitorable: after every word", "5 states: 4 not yet, 1 false"),
         (
-            "(p -> G F q) && (!p -> X G q)",
+            "initially (p -> G F q) && initially (!p -> X G q)",
             0,
             "monitorable in part: there are words after which no verdict can come any more",
             "4 states: 2 not yet, 1 false, 1 without a verdict forever",

@@ -19,6 +19,7 @@ FILES = sorted(FOLDER.glob("*.ltl"))
 ELSEWHERE = {
     codes.UNREADABLE, codes.DIRECTORY, codes.NOT_TEXT, codes.FILE_TOO_LARGE, codes.TOO_MANY_WORDS, codes.TOO_DEEP,
     # test_regular_parsing.py and test_automaton_properties.py
+    codes.INITIAL_ONLY, codes.NEVER_EQUAL,  # test_initial.py, tests/checking/test_doubts.py
     codes.REGULAR_LETTER, codes.REPETITION, codes.REGULAR_EMPTY, codes.REGULAR_NOTHING, codes.AUTOMATON_FILE,
     codes.AUTOMATON_COMPLEMENT, codes.HOA_NUMBER,
     # test_hoa.py

@@ -152,6 +152,7 @@ PROVOKED: dict[str, Provoked] = {
     "E339": _rule("x: F[110ms:190ms] m@ON"),
     "E342": _rule("forbid x: m@ON*"),
     "E344": _rule("forbid x: [m@ON && m@OFF]"),
+    "E345": _rule("x: G (initially m@OFF -> go)"),
     "E352": Provoked(("llfsm property print --to spin 'G (p -> O q)'",)),
     "E353": Provoked(("llfsm property accepts 'G p' 'p;!p'",)),
     "E360": Provoked(("llfsm verify a.yaml p.ltl",), {**LAMP, "p.ltl": AUTOMATON, "bad.hoa": "never { }\n"}),
@@ -395,6 +396,34 @@ schedule: [part, owner]
     "L020": _lint({"a.yaml": f"lint: {{L003: the first one shall win}}\n{LAMP['a.yaml']}"}),
     "L021": _lint(_states("{name: A, stays: true}", GO)),
     "L022": _lint({"a.yaml": f"types: {{Phase: [DAY, NIGHT]}}\n{LAMP['a.yaml']}"}),
+    "L023": _lint(
+        {
+            "a.yaml": """\
+cycle_ms: 1000
+whiteboard: {lamp: {type: bool, role: output}}
+machines:
+  a:
+    inline:
+      machine: A
+      states:
+        - {name: OFF, on_entry: lamp = false;, transitions: [{when: after(2), to: ON}]}
+        - {name: ON, on_entry: lamp = true;}
+  b: {inline: {machine: B, states: [{name: B, stays: true}]}}
+schedule: [a, b]
+"""
+        }
+    ),
+    "L024": _lint(
+        {
+            "a.yaml": f"""\
+whiteboard: {{{GO}, wish: {{type: bool}}, lamp: {{type: bool, role: output}}}}
+machines:
+  a: {{inline: {{machine: Lamp, states: [{{name: A, internal: lamp = wish;, stays: true}}]}}}}
+  b: {{inline: {{machine: Wish, states: [{{name: A, internal: wish = go;, stays: true}}]}}}}
+schedule: [a, b]
+"""
+        }
+    ),
     "W001": _lint(
         {
             "a.yaml": LAMP["a.yaml"]
@@ -405,6 +434,11 @@ schedule: [part, owner]
     "W002": _lint(_does("if (n < 16) lamp = true;", "n: {type: 0..9, role: input}, lamp: {type: bool, role: output}")),
     "W003": Provoked(("llfsm monitor 'G env@S' --arrangement a.yaml --as table",), _model("go = choose(bool);", GO)),
     "W301": Provoked(("llfsm monitor 'G (go -> X[12] m@ON)' --arrangement a.yaml --as machine",), LAMP),
+    "W302": _rule("x: go -> F m@ON"),
+    "W303": _rule(
+        "x: G (n == 3.5 -> lamp)",
+        _does("lamp = n > 3;", "n: {type: 0..9, role: input}, lamp: {type: bool, role: output}"),
+    ),
     "W402": Provoked(
         (
             RING,  # what is compiled is kept

@@ -12,6 +12,7 @@ from llfsm_verify.analysis.lint.known import Known
 from llfsm_verify.analysis.lint.local import decide_locally
 from llfsm_verify.analysis.lint.reach import Reach
 from llfsm_verify.analysis.lint.starvation import passed_over, stuck
+from llfsm_verify.analysis.lint.turns import turns
 from llfsm_verify.analysis.lint.unread import lost, unread
 from llfsm_verify.analysis.lint.unrolled import ShortRuns
 from llfsm_verify.analysis.lint.unused import unused
@@ -26,7 +27,7 @@ from llfsm_verify.semantics.probing import probed
 MAX_STATES = 1_000_000
 """Configurations up to which lint explores, unless the limits say otherwise."""
 
-ASKED = ("L010", "L021", "L022")
+ASKED = ("L010", "L021", "L022", "L023")
 """What properties may put right."""
 ACCEPT = "`lint: {L010: why}` in its declaration accepts it"
 
@@ -70,6 +71,8 @@ def lint(
             *_without_inputs(arrangement),
             *_late(arrangement),
         ]
+        unspent = {finding.span for finding in findings if finding.code == "L002"}
+        findings += [f for f in turns(arrangement, atoms) if f.code != "L023" or f.span not in unspent]
         questions = judge.open
         complete = next((r for r in reaches if r.complete), None)
         if complete is not None:

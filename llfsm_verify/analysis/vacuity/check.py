@@ -26,11 +26,13 @@ from llfsm_verify.stages import stage
 
 if TYPE_CHECKING:
     from llfsm_verify.checking.goals.automata import AutomatonGoal
+    from llfsm_verify.checking.goals.regular import RegularGoal
 
 LIMITS = (LimitReached, AutomatonTooLarge, ExpressionTooLarge, TooManySubformulas, MemoryError)
 """What ends the look at one property."""
 
 
+VALID = "every run of any arrangement satisfies it"
 SHARE, LEAST = 0.1, 0.1
 """Without being asked for, looking takes this share of the time of the check, and so many seconds more, at most."""
 ASKED_SHARE, ASKED_LEAST = 1.0, 60.0
@@ -134,7 +136,7 @@ class Examination:
             return
         formula = formula_of(goal.line)
         if formula is None:
-            yield from self._rule(goal.line)
+            yield from self._rule(cast("RegularGoal", goal))
             return
         found = False
         everything, assumed = self._wish.extent == "all", bool(self._problem.assumptions)
@@ -159,13 +161,15 @@ class Examination:
             if not forbids(formula, key):
                 yield VacuityFinding("letter", f"`{key}` never holds in any configuration reached", key)
 
-    def _rule(self, line: Property) -> Iterator[VacuityFinding]:
-        """Letters of a regular expression that match nothing."""
-        if line.expression is None:
+    def _rule(self, goal: RegularGoal) -> Iterator[VacuityFinding]:
+        """That a rule is valid, else letters of its expression that match nothing."""
+        if goal.monitor().bad_prefix() is None:
+            yield VacuityFinding("valid", VALID, goal.line.text)
             return
+        assert goal.line.expression is not None
         from llfsm_verify.logic.expressions import letters
 
-        for letter in self._letters.unmatched(letters(line.expression)):
+        for letter in self._letters.unmatched(letters(goal.line.expression)):
             text = to_text(letter)
             yield VacuityFinding("letter", f"`{text}` matches no configuration reached", text)
 
@@ -192,7 +196,7 @@ class Examination:
 def formula_findings(formula: Formula, holds: Holds, *, everything: bool, assumed: bool) -> Iterator[VacuityFinding]:
     """That a formula which holds is valid, else what `subformulas.findings` tells of it."""
     if is_valid(formula):
-        yield VacuityFinding("valid", "every run of any arrangement satisfies it", to_text(formula))
+        yield VacuityFinding("valid", VALID, to_text(formula))
         return
     yield from findings(formula, holds, everything=everything, assumed=assumed)
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guard, Guards
 from llfsm_verify.automata.finite.expressions import FiniteAutomaton, nondeterministic
+from llfsm_verify.limits import tick
 from llfsm_verify.logic.expressions import letters, nullable
 from llfsm_verify.logic.formula import Formula, atoms
 from llfsm_verify.logic.regular import RegularKind, exclusions
@@ -70,6 +71,25 @@ class RegularMonitor:
             self._steps[key] = self._step(*key)
         return self._steps[key]
 
+    def bad_prefix(self) -> tuple[int, ...] | None:
+        """A shortest bad prefix, as letters of which each machine is in one state at a time; None: there is none, so
+        every run of any arrangement has the property. AutomatonTooLarge; LimitReached."""
+        todo: list[tuple[int, tuple[int, ...]]] = [(0, ())]
+        seen, guards = {0}, self._guards
+        for state, word in todo:
+            left = self._world
+            while left:  # one letter of each valuation
+                tick()
+                letter = guards.example(left)
+                left = left & ~_shown(guards, self._letters, self._world, letter)[1]
+                after = self.step(state, letter)
+                if after is None:
+                    return (*word, letter)
+                if after not in seen:
+                    seen.add(after)
+                    todo.append((after, (*word, letter)))
+        return None
+
     def _step(self, state: int, letter: int) -> int | None:
         states, last = self._states[state]
         valuation = self._valuation(letter)
@@ -114,16 +134,6 @@ def open_states(automaton: FiniteAutomaton, alphabet: Sequence[Guard], world: Gu
         for _, target in row:
             before[target].add(q)
 
-    def same(letter: int) -> tuple[Valuation, Guard]:
-        """The valuation that `letter` shows, with all letters that show it."""
-        valuation, alike = 0, world
-        for i, guard in enumerate(alphabet):
-            if guards.holds(guard, letter):
-                valuation, alike = valuation | 1 << i, alike & guard
-            else:
-                alike = alike & ~guard
-        return valuation, alike
-
     classes: dict[Valuation, Guard] = {}
 
     def judged(q: int) -> tuple[bool, Barred]:
@@ -139,7 +149,7 @@ def open_states(automaton: FiniteAutomaton, alphabet: Sequence[Guard], world: Gu
             if barred is not None:
                 left = left & ~classes[barred]
             while left:
-                valuation, alike = same(guards.example(left))
+                valuation, alike = _shown(guards, alphabet, world, guards.example(left))
                 classes[valuation] = alike
                 if only is not None and only != valuation:
                     return True, None
@@ -154,6 +164,17 @@ def open_states(automaton: FiniteAutomaton, alphabet: Sequence[Guard], world: Gu
             found[q] = barred
             queue.extend(before[q])
     return found
+
+
+def _shown(guards: Guards, alphabet: Sequence[Guard], world: Guard, letter: int) -> tuple[Valuation, Guard]:
+    """The valuation that `letter` shows, with all letters that show it."""
+    valuation, alike = 0, world
+    for i, guard in enumerate(alphabet):
+        if guards.holds(guard, letter):
+            valuation, alike = valuation | 1 << i, alike & guard
+        else:
+            alike = alike & ~guard
+    return valuation, alike
 
 
 def _keys(formulas: Sequence[Formula]) -> frozenset[str]:

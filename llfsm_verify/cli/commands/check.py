@@ -18,6 +18,7 @@ from llfsm_verify.cli import report_failure
 from llfsm_verify.cli.inputs import files_read
 from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
+from llfsm_verify.cli.properties import told
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, hint_of_near, without_controls
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import names_file
@@ -64,7 +65,7 @@ def _check(path: Path, properties: Sequence[Path], *, quiet: bool) -> Result:
     arrangement = load_arrangement(path)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
-    asked = parse_properties([read_property_source(file) for file in properties])
+    asked = told(parse_properties([read_property_source(file) for file in properties]), arrangement)
     with EarlyVerdicts((p.name for p in asked.goals), str(path)) as early:
         return verify(arrangement, asked, Options(decided=None if quiet else early.add))
 

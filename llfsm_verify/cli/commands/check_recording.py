@@ -9,7 +9,7 @@ from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.cli.io.decided import say_decided, when_decided
 from llfsm_verify.cli.io.output import usage
-from llfsm_verify.cli.properties import read_properties
+from llfsm_verify.cli.properties import read_properties, told
 from llfsm_verify.runtime.logs.check import DecidedOnLog, check_log
 from llfsm_verify.runtime.logs.formats import LOGS
 from llfsm_verify.runtime.recording.check import check
@@ -34,6 +34,7 @@ def run(options: Namespace) -> int:
 def _decide(recording: Recording, options: Namespace) -> int:
     lines = read_properties(options, CHECKED)
     arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
+    told(lines, arrangement)
     with compared(recording):
         found = check(arrangement, lines, recording)
     for note in recording.notes:
@@ -50,6 +51,7 @@ def _decide_log(options: Namespace) -> int:
         return usage("a log does not say of which arrangement it is: name it with --arrangement FILE")
     lines = read_properties(options, CHECKED)
     arrangement = load_arrangement(options.arrangement)
+    told(lines, arrangement)
     found = check_log(arrangement, lines, options.recording, options.mapping, wanted)
     return say_decided([(d.decided, _where(d)) for d in found], allow_undecided=options.allow_undecided)
 

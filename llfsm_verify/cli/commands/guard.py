@@ -18,7 +18,7 @@ from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.io.whole_file import write_whole
-from llfsm_verify.cli.properties import chosen, read_properties
+from llfsm_verify.cli.properties import chosen, read_properties, told
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, counted
 from llfsm_verify.files import read_regular
 from llfsm_verify.guarding.codes import NOT_GUARDABLE, UNWRITABLE
@@ -103,6 +103,7 @@ def run(options: Namespace) -> int:
     refuse_unknown(arrangement, wanted)
     _refuse(found, fallbacks, own=options.monitor is not None)
     task = replace(task, own=own)
+    told(properties, arrangement)
     return _guarded(options, draft, wanted, task, properties)
 
 

@@ -14,7 +14,7 @@ from llfsm_verify.cli.formulas import source_of
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.io.outputs import ready, ready_beside
 from llfsm_verify.cli.io.whole_file import write_whole
-from llfsm_verify.cli.properties import COMMAND_LINE, chosen
+from llfsm_verify.cli.properties import COMMAND_LINE, chosen, told
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, Span
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import Clock
@@ -55,7 +55,7 @@ def run(options: Namespace) -> int:
 
         refuse_hiding(arrangement, lines)
     try:
-        goals = chosen(lines, options.only).goals
+        goals = told(chosen(lines, options.only), arrangement).goals
     except Unregistered as wrong:
         return usage(str(wrong))
     if not goals:

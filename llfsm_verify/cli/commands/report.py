@@ -15,7 +15,7 @@ from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.io.whole_file import write_whole
-from llfsm_verify.cli.properties import read_properties
+from llfsm_verify.cli.properties import read_properties, told
 from llfsm_verify.limits import Limits
 from llfsm_verify.report.assurance import Checked, assurance
 from llfsm_verify.runtime.whiteboard.permissions import policy_digest
@@ -33,7 +33,7 @@ def run(options: Namespace) -> int:
         return usage("standard input can be read only once")
     draft = read_arrangement(Given(options.arrangement))
     arrangement = resolve(draft)
-    properties = read_properties(options, CHECKED)
+    properties = told(read_properties(options, CHECKED), arrangement)
     ready(arrangement, properties, options.certificate, ("E451", "E450"), "the certificate", whole=True)
     ready(arrangement, properties, options.output, (UNWRITABLE, UNWRITABLE), "the report")
     limits = Limits(None, options.memory, options.timeout)

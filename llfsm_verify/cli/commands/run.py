@@ -24,7 +24,7 @@ from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.unhurried import unhurried_errors
 from llfsm_verify.cli.panel import shown
 from llfsm_verify.cli.ports import declared_ports, following, opened, unusable, writes_to_output
-from llfsm_verify.cli.properties import property_sources
+from llfsm_verify.cli.properties import property_sources, told
 from llfsm_verify.collector import do_more_tasks
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, without_controls
 from llfsm_verify.jsonvalue import Json
@@ -72,7 +72,7 @@ def run(options: Namespace) -> int:
         return usage(str(wrong))
     simulated = options.simulate or options.inputs is not None
     texts = property_sources(options)
-    properties = parse_properties(texts, options.syntax, CHECKED)
+    properties = told(parse_properties(texts, options.syntax, CHECKED), given)
     if options.record is not None and any(line.file is not None for line in properties):
         return usage("--record keeps the texts of properties, and automata are in files of their own: leave one out")
     seed = None

@@ -25,7 +25,7 @@ from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.saved import announce
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.io.whole_file import is_same_file
-from llfsm_verify.cli.properties import chosen, read_properties
+from llfsm_verify.cli.properties import chosen, read_properties, told
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.engines.explicit.options import Checkpointing, CheckpointWarning, ExplicitOptions
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
@@ -72,7 +72,7 @@ def _verified(options: Namespace) -> Checked:
         _tell("--compression on changes nothing here: with `observe: cycle` there are no chains of whole cycles")
     try:
         with stage("reading the properties"):
-            properties = chosen(read_properties(options, CHECKED), options.only)
+            properties = told(chosen(read_properties(options, CHECKED), options.only), arrangement)
     except Unregistered as wrong:
         return Checked(usage(str(wrong)))
     unknown = set(options.accept_vacuity) - {p.name for p in properties.goals}

@@ -88,7 +88,7 @@ def _monitor(board: Whiteboard, options: Namespace) -> int:
     from llfsm_verify.arrangement import load_arrangement
     from llfsm_verify.checking.goals.kinds import CHECKED
     from llfsm_verify.cli.outside import guard_run, orders_of
-    from llfsm_verify.cli.properties import read_properties
+    from llfsm_verify.cli.properties import read_properties, told
     from llfsm_verify.runtime.whiteboard.monitoring import FrameMonitors
 
     if options.arrangement is None:
@@ -101,7 +101,7 @@ def _monitor(board: Whiteboard, options: Namespace) -> int:
         return usage(str(wrong))
     lines = read_properties(Namespace(**{**vars(options), "properties": options.monitor}), CHECKED)
     arrangement = load_arrangement(options.arrangement)
-    monitors = FrameMonitors(arrangement, lines, board.slots)
+    monitors = FrameMonitors(arrangement, told(lines, arrangement), board.slots)
     if orders:
         return guard_run(board, monitors, orders, arrangement, options.every)
     with board.frames() as frames, suppress(KeyboardInterrupt):

@@ -14,6 +14,7 @@ from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import MAX_STEPS_IN_ALL, steps_in_all
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, atom, depth, negation, operators
 from llfsm_verify.logic.formula import atoms as atoms_of
+from llfsm_verify.logic.initial import without_initially
 from llfsm_verify.logic.parsing.bounds import Bound, read_bound
 from llfsm_verify.logic.parsing.mistakes import NO_BITS, misfit, refuse_operator
 from llfsm_verify.logic.parsing.plain import parse_plain
@@ -38,6 +39,8 @@ class Parsed:
 
     formula: Formula
     atoms: Mapping[str, Fragment]
+    written: Formula | None = None
+    """The formula with `initially`, where it has the word."""
 
 
 def parse_formula(fragment: Fragment) -> Parsed:
@@ -86,7 +89,17 @@ def parse_by_grammar(words: Words) -> Parsed:
         last = len(words.tokens) - 1
         raise words.error(codes.TOO_DEEP, f"more than {MAX_DEPTH:,} operators inside each other", 0, last)
     used = set(atoms_of(formula))  # those inside `rose(…)` are part of a larger one
-    return Parsed(formula, {key: place for key, place in atoms.items() if key in used})
+    kept = {key: place for key, place in atoms.items() if key in used}
+    plain = without_initially(formula)
+    return Parsed(plain, kept, None if plain is formula else formula)
+
+
+def refuse_initially(words: Words, where: str, hint: str = "write it outside, as in `initially p && G q`") -> None:
+    """DiagnosticError (E345): `words` have `initially`, which has no meaning `where`."""
+    found = next((i for i, token in enumerate(words.tokens) if token.type == "INITIALLY"), None)
+    if found is not None:
+        message = f"`initially` has no meaning {where}"
+        raise words.error(codes.INITIALLY, message, found, found, hint)
 
 
 def _tokens(words: Words, bounds: dict[int, Bound]) -> Iterator[Token]:
@@ -128,11 +141,14 @@ class _Builder:
         self._words: Words
         self._atoms: dict[str, Fragment] = {}
         self.bounds: dict[int, Bound] = {}
+        self._initially = False
+        """Some word is `initially`."""
 
     def begin(self, words: Words) -> None:
         self._words = words
         self._atoms = {}
         self.bounds = {}
+        self._initially = any(token.type == "INITIALLY" for token in words.tokens)
 
     def end(self) -> dict[str, Fragment]:
         atoms, self._atoms = self._atoms, {}
@@ -162,6 +178,7 @@ class _Builder:
     def pair(self, children: list[_Node | Token]) -> _Node:
         left, sign, right = cast(tuple[_Node, Token, _Node], children)
         self._refuse_chain(codes.TEMPORAL_CHAIN, left, right)
+        self._refuse_initially(sign, left, right)
         bound = self.bounds.get(_place(sign))
         op = cast(Op, sign.type) if bound is None else bound.op
         return self._binary(op, left, right, "pair", "" if bound is None else bound.bound)
@@ -170,8 +187,12 @@ class _Builder:
         sign, operand = cast(tuple[Token, _Node], children)
         formula = self._formula(operand)
         bound = self.bounds.get(_place(sign))
+        if sign.type not in ("NOT", "INITIALLY"):
+            self._refuse_initially(sign, operand)
         if bound is not None:
             formula = apply(bound.op, formula, bound=bound.bound)
+        elif sign.type == "INITIALLY":
+            formula = apply("initially", formula)
         elif sign.type != "NOT":
             formula = apply(cast(Op, sign.type), formula)
         elif odd(self._words.tokens[_place(sign)]):
@@ -277,6 +298,11 @@ class _Builder:
     def _joined(self, op: Op, children: list[_Node]) -> _Node:
         formula = apply(op, *(self._formula(child) for child in children[::2]))
         return _node(op, children[0].first, children[-1].last, formula)
+
+    def _refuse_initially(self, sign: Token, *operands: _Node) -> None:
+        for node in operands if self._initially else ():
+            part = Words(self._words.fragment, self._words.tokens[node.first : node.last + 1])
+            refuse_initially(part, f"under `{sign.text}`")
 
     def _refuse_chain(self, code: str, left: _Node, right: _Node) -> None:
         if left.shape != ("pair" if code == codes.TEMPORAL_CHAIN else "implies"):

@@ -10,7 +10,7 @@ from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import TimeBound, time_bound
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.parsing.bounds import milliseconds
-from llfsm_verify.logic.parsing.formulas import Parsed, parse_words
+from llfsm_verify.logic.parsing.formulas import Parsed, parse_words, refuse_initially
 from llfsm_verify.logic.parsing.tokens import CLOSING, ENDS_OPERAND, OPENING
 from llfsm_verify.logic.parsing.words import Words
 from llfsm_verify.logic.patterns import (
@@ -183,7 +183,9 @@ class _Reader:
         if start >= end:
             message = f"a formula is missing next to `{self.tokens[word].text}`"
             raise self.words.error(codes.PATTERN, message, word, word, "write `s responds to p`, `absence of p`")
-        parsed = parse_words(Words(self.words.fragment, self.tokens[start:end]))
+        words = Words(self.words.fragment, self.tokens[start:end])
+        refuse_initially(words, "in a pattern")
+        parsed = parse_words(words)
         for key, place in parsed.atoms.items():
             known = self.atoms.setdefault(key, place)
             if place.offsets[0] < known.offsets[0]:

@@ -8,7 +8,7 @@ from llfsm_verify.diagnostics import DiagnosticError, Fragment
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import repeat
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, apply, atom, depth, is_boolean
-from llfsm_verify.logic.parsing.formulas import MAX_DEPTH, Parsed, parse_words
+from llfsm_verify.logic.parsing.formulas import MAX_DEPTH, Parsed, parse_words, refuse_initially
 from llfsm_verify.logic.parsing.tokens import PREFIX, TEMPORAL_PAIRS
 from llfsm_verify.logic.parsing.words import Words, check_words
 
@@ -41,6 +41,7 @@ def parse_regular(words: Words) -> Parsed:
     Its letters are state formulas, each as the user wrote it. Iterative: brackets may be nested as deep as allowed.
     """
     check_words(words)
+    refuse_initially(words, "in a rule", "a rule about the beginning is `forbid initially NAME: …`")
     tokens = words.tokens
     atoms: dict[str, Fragment] = {}
     groups = [_Group(-1)]

@@ -68,8 +68,9 @@ OPENING = {"LPAR": "RPAR", "LSQB": "RSQB", "LBRACE": "RBRACE"}
 CLOSING = {"RPAR": "LPAR", "RSQB": "LSQB", "RBRACE": "LBRACE"}
 TEMPORAL_PAIRS = frozenset("UWRMST")
 BINARY = TEMPORAL_PAIRS | {"IFF", "IMPLIES", "AND", "OR", "XOR", "COMPARE", "ASSIGN", "ARITHMETIC", "MINUS"}
-PREFIX = frozenset({"NOT", "G", "F", "X", "Y", "Z", "O", "H"})
+PREFIX = frozenset({"NOT", "G", "F", "X", "Y", "Z", "O", "H", "INITIALLY"})
 ENDS_OPERAND = frozenset({"NAME", "NUMBER", "STRING", "TRUE", "FALSE", "RPAR", "RSQB", "RBRACE"})
+_BEGINS_OPERAND = PREFIX | {"NAME", "NUMBER", "STRING", "TRUE", "FALSE", "LPAR"}
 
 
 def tokenise(text: str, start: int = 0, end: int | None = None, limit: int = MAX_TOKENS) -> list[Token]:
@@ -92,11 +93,18 @@ def tokenise(text: str, start: int = 0, end: int | None = None, limit: int = MAX
         )
         if kind == "NAME" and not states and not of_state and name_before not in ("DOT", "AT"):
             kind = KEYWORDS.get(word, "NAME")
+        if kind in _BEGINS_OPERAND and tokens and tokens[-1].text == "initially" and not states and _is_free(tokens):
+            tokens[-1] = tokens[-1]._replace(type="INITIALLY")
         tokens.append(Token(kind, word, match.start(), match.end()))
         name_before = kind
         if len(tokens) > limit:
             break
     return tokens
+
+
+def _is_free(tokens: list[Token]) -> bool:
+    """Whether the last token is a name of its own: no field, and no state of a machine."""
+    return tokens[-1].type == "NAME" and (len(tokens) < 2 or tokens[-2].type not in ("DOT", "AT"))
 
 
 def odd(negations: Token) -> bool:

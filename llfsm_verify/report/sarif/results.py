@@ -82,7 +82,7 @@ def result_sarif(result: Result, arrangement: Arrangement) -> str:
         rules.append(RESUMED)
     if result.exploration.resumed_from is not None:
         notes.append(notification(f"the search went on from the checkpoint {result.exploration.resumed_from}"))
-    for warning in arrangement.warnings:
+    for warning in (*arrangement.warnings, *result.warnings):
         results.append(diagnostic_result(warning))
         rules.append(warning.code)
     return sarif_log(results, rules, notes, exit_code=result.exit_code, successful=not result.interrupted)

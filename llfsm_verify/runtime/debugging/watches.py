@@ -11,6 +11,7 @@ from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.formula import is_boolean
 from llfsm_verify.logic.lasso import evaluate
+from llfsm_verify.logic.parsing.tokens import tokenise
 from llfsm_verify.logic.properties import Property, PropertySet, parse_properties
 from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.program.moves import Move
@@ -34,6 +35,8 @@ class Watch:
         self.text = " ".join(text.split())
         line = _one(parse_properties([Source(NAME, text)]), self.text)
         self.is_state = line.formula is not None and is_boolean(line.formula)
+        if self.is_state and any(token.type == "INITIALLY" for token in tokenise(text)):
+            raise DebugError("a state formula is looked at after every step: leave out `initially`")
         if self.is_state:
             arrangement = replace(arrangement, observe="ringlet")
         problem = bind(arrangement, PropertySet((line,)))

@@ -289,3 +289,16 @@ def test_a_time_limit_leaves_time_for_the_findings():
     for timeout in (None, 600):
         found = only(EMPTY, Options(Limits(timeout=timeout)))
         assert found.vacuity.looked == "antecedents" and found.vacuity.findings
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("text", ["enforce t: ([car] | [!car])*", "enforce t: ([!car]* [car])*"])
+def test_a_rule_that_every_run_satisfies_is_valid(text):
+    for extent in ("antecedents", "all"):
+        found = only(text, Options(LIMITS, vacuity=extent))
+        assert [(f.kind, f.message) for f in found.vacuity.findings] == [
+            ("valid", "every run of any arrangement satisfies it")
+        ]
+    assert verify(LIGHTS, lines_of(text), replace(ALL, strict=True), engine="auto").exit_code == 1
+    meant = verify(LIGHTS, lines_of("enforce t: (ew@RED ew@GREEN ew@AMBER)*"), replace(ALL, strict=True), engine="auto")
+    assert meant.exit_code == 0

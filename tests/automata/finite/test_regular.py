@@ -500,3 +500,41 @@ def test_operators_of_several_operands_are_taken_apart_from_the_left(op):
     assert (whole.op, len(whole.args)) == (op, 3)
     assert (first, rest) == (whole.args[0], apply(op, *whole.args[1:]))
     assert _first_and_rest(op, whole.args[:2]) == whole.args[:2]
+
+
+@settings(max_examples=examples(400), deadline=None)
+@given(st.sampled_from(["enforce", "forbid", "forbid initially"]), expressions())
+def test_a_bad_prefix_is_found_where_some_short_word_is_one(kind, f):
+    """Against the definition, on all words of up to four letters."""
+    try:
+        monitor = RegularMonitor(kind, f, KEYS)
+    except (NoWord, EmptyWordForbidden):
+        return
+    found = monitor.bad_prefix()
+    words_by_length = ([LETTERS[i] for i in word] for n in range(1, 5) for word in product(range(4), repeat=n))
+    first = next((word for word in words_by_length if is_bad(kind, f, word)), None)
+    assert found is not None or first is None
+    if found is not None:
+        word = [frozenset(k for i, k in enumerate(KEYS) if letter >> i & 1) for letter in found]
+        assert is_bad(kind, f, word)
+        assert len(word) == len(first) if first is not None else len(word) > 4
+
+
+@pytest.mark.parametrize(
+    ("text", "always"),
+    [
+        ("enforce t: ([p] | [!p])*", True),
+        ("enforce t: ([!p]* [p])*", True),
+        ("enforce t: ([p && q] | [!p] | [!q])*", True),
+        ("enforce t: true*", True),
+        ("enforce t: m@A | [!m@A] true*", False),  # after A comes something else
+        ("enforce t: (m@A | [!m@A])+", True),
+        ("enforce t: (p [!p])*", False),
+        ("enforce t: p? [!p]?", False),
+        ("forbid t: p [!p]", False),
+    ],
+)
+def test_rules_that_every_run_satisfies(text, always):
+    (line,) = parse_properties([Source("p.ltl", text)], features=FEATURES)
+    monitor = RegularMonitor(line.kind, line.expression, sorted(line.atoms))
+    assert (monitor.bad_prefix() is None) == always

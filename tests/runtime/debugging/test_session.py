@@ -214,6 +214,7 @@ def test_a_break_point_reads_what_no_machine_reads(lights: Arrangement) -> None:
         ("fork", "inputs can be set already"),
         ("back-until F ns@RED", "monitors read only forwards"),
         ("break assume a: ns@RED", "is not one property"),
+        ("break initially ns@RED", "leave out `initially`"),
     ],
 )
 def test_what_cannot_be_done_is_said(lights: Arrangement, line: str, said: str) -> None:

@@ -1,0 +1,63 @@
+"""What may be meant otherwise in properties: they are checked as they stand, and this is said beside the verdicts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from fractions import Fraction
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, counted
+from llfsm_verify.language.atoms import PropertyScope, check_atom
+from llfsm_verify.language.constants import evaluate, interval
+from llfsm_verify.language.trees import of_kind
+from llfsm_verify.language.typed import Binary, Expression
+from llfsm_verify.language.types import decimal_text, digits_of, is_number
+from llfsm_verify.logic.codes import NEVER_EQUAL
+from llfsm_verify.logic.properties import PropertySet
+
+_COMPARES = re.compile(r"[<>=]")
+_SIGNS = ("eq", "ne", "lt", "le", "gt", "ge")
+
+
+def doubts(arrangement: Arrangement | None, properties: PropertySet) -> tuple[Diagnostic, ...]:
+    """The warnings about properties, each once: what is asked of the initial configuration only (W302), and for an
+    arrangement comparisons with numbers that are never reached (W303). Of atoms that do not fit it nothing is said."""
+    scope = None if arrangement is None else PropertyScope.of(arrangement)
+    found: list[Diagnostic] = []
+    seen: set[str] = set()
+    for line in properties:
+        found += [] if line.doubt is None else [line.doubt]
+        for key, fragment in line.atoms.items():
+            if scope is None or key in seen or not _COMPARES.search(key):
+                continue
+            seen.add(key)
+            try:
+                found.extend(_hopeless(check_atom(fragment, scope)))
+            except DiagnosticError:
+                continue
+    return tuple(dict.fromkeys(found))  # the members of a family share theirs
+
+
+def _hopeless(atom: Expression) -> Iterator[Diagnostic]:
+    """Comparisons of what varies with a constant that it never is, nor could be a step beyond its bounds."""
+    for node in of_kind(atom, Binary):
+        if node.op not in _SIGNS or not (is_number(node.left.type) and is_number(node.right.type)):
+            continue
+        for value, number in ((node.left, node.right), (node.right, node.left)):
+            wanted, between = evaluate(number), interval(value)
+            if wanted is None or evaluate(value) is not None:
+                continue
+            text, other, digits = value.span.text, number.span.text, digits_of(value.type)
+            equal = node.op in ("eq", "ne")
+            margin = 0 if equal else Fraction(1, 10**digits)  # `n < 3` is one way to write `n <= 2`
+            hint = f"write a number that `{text}` can be"
+            if equal and wanted * 10**digits % 1:
+                why = f"has {counted(digits, 'digit')} after the point" if digits else "is a whole number"
+                hint += ", or `<` and `>` for what lies on the two sides"
+            elif between is not None and not between[0] - margin <= wanted <= between[1] + margin:
+                low, high = (decimal_text(int(end * 10**digits), digits) for end in between)
+                why = f"is {low} to {high}"
+            else:
+                continue
+            yield Diagnostic(NEVER_EQUAL, f"`{text}` {why}, so it is never {other}", node.span, hint=hint)
