@@ -73,7 +73,6 @@ MENDS = {
     "E305": "Split the file, or let definitions use each other less often.",
     "E306": "Give a part of the formula a name with `define NAME: …`, and use the name.",
     "E308": "Write `\"` at the end of the name.",
-    "E309": "Write the closing bracket, or remove the opening one.",
     "E314": "Write a formula there, or remove the line.",
     "E330": "Write the formula outside: for each index in turn, or as an operand of `&&` or `||`.",
     "E363": "Keep one automaton in the file.",
