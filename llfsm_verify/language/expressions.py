@@ -244,9 +244,10 @@ class ExpressionChecker:
             message = f"this number has more than {MAX_DIGITS} digits after the point"
             raise self.fail("E129", message, node, "write fewer digits")
         value = int(before + after) if len(before) <= 40 else HIGHEST + 1
-        if value > HIGHEST:
+        value = -value if negative else value
+        if not LOWEST <= value <= HIGHEST:
             raise self.fail("E129", "this number does not fit in 128 bits", node)
-        return typed.Literal(-value if negative else value, DecimalType(len(after)), self.span(whole))
+        return typed.Literal(value, DecimalType(len(after)), self.span(whole))
 
     def _prefix(self, node: syntax.Prefix, expected: Type | None) -> typed.Expression:
         if node.operator == "!":

@@ -217,7 +217,7 @@ class _Check:
         result = self._answered(session, goal)
         if result.verdict is Verdict.UNKNOWN and goal.line.name in self._early:
             result = self._violated(goal, self._early[goal.line.name])
-        if NO_RUN not in result.notes:
+        if not {NO_RUN, PERHAPS_NO_RUN} & set(result.notes):
             self._tell(result.name, result.verdict)
         return result
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import cast
@@ -38,7 +38,9 @@ def verify(
     Raises DiagnosticError when a property does not fit the arrangement, ValueError for an unknown engine (naming those
     there are), and Disagreement when a check of a result fails.
     """
-    problem, options = bind(arrangement, properties), _telling_once(options or Options())
+    problem, options = bind(arrangement, properties), options or Options()
+    doubted = {line.name for line in problem.properties if line.doubt is not None} if options.strict else set[str]()
+    options = _telling_once(options, doubted - options.accepted)
     result = checker(engine)(problem, options)
     if not options.allow_contradiction:
         result = without_contradicted(result)
@@ -60,14 +62,16 @@ def _doubted(item: PropertyResult, line: Property) -> PropertyResult:
     return replace(item, vacuity=replace(item.vacuity, findings=(finding, *item.vacuity.findings)))
 
 
-def _telling_once(options: Options) -> Options:
-    """The same, where several engines, or one in several ways, may come to the same verdict."""
+def _telling_once(options: Options, doubted: Collection[str]) -> Options:
+    """The same, where several engines, or one in several ways, may come to the same verdict, and passes of `doubted`
+    properties are failures.
+    """
     tell, told = options.decided, set[str]()
     if tell is None:
         return options
 
     def once(known: EarlyVerdict) -> None:
-        if known.name not in told:
+        if known.name not in told and not (known.verdict is Verdict.HOLDS and known.name in doubted):
             told.add(known.name)
             tell(known)
 

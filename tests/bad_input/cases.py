@@ -595,6 +595,8 @@ CASES: tuple[Case, ...] = (
     Case("a range of decimals without a step", BOARD("x: {type: §0.0..1.0}"), "E040"),
     Case("a decimal index", DECIMAL("n = a[§x];"), "E121"),
     Case("a decimal as a condition", DECIMAL("if (§x) n = 1;"), "E120"),
+    Case("a decimal beyond 128 bits", DECIMAL("x = §34028236692093846346337460743176821145.6;"), "E129"),
+    Case("a negative decimal beyond 128 bits", DECIMAL("x = -§34028236692093846346337460743176821145.5;"), "E129"),
     Case("too many digits", DECIMAL("x = §0.1234567890123456789;"), "E129"),
     Case("a product of too many digits", DECIMAL("x = §0.1234567890 * 0.1234567890;"), "E129"),
     Case("a remainder stored in a decimal", DECIMAL("§x %= 2;"), "E150"),

@@ -15,7 +15,9 @@ from tests.cli.running import FAULTY, llfsm
 
 BOTH = ("-p", "both: G !(ns@GREEN && ew@GREEN)", "-p", "red: G (ns@AMBER -> !ns@RED)")
 ROBOT = ("tests/cli/robot/robot.yaml", "tests/cli/robot/robot.ltl")
-LINE = re.compile(r"(?:(?P<title>\S+): )?after \d+ s: (?P<verdict>holds   |violated)  (?P<rest>.*)")
+LINE = re.compile(
+    r"(?:(?P<title>\S+): )?after \d+ s: (?P<verdict>holds on fault-free runs|holds   |violated)  (?P<rest>.*)"
+)
 
 
 def said(errors: str) -> list[str]:
@@ -89,4 +91,4 @@ def test_what_fell_before_is_said_when_the_patience_ends(monkeypatch, capsys):
         early.add(EarlyVerdict("a", Verdict.VIOLATED, "pdr"))
         assert capsys.readouterr().err == ""
         early.add(EarlyVerdict("b", Verdict.HOLDS, "pdr"))
-        assert said(capsys.readouterr().err) == ["holds b (by pdr; 1 more to decide)"]
+        assert said(capsys.readouterr().err) == ["holds on fault-free runs b (by pdr; 1 more to decide)"]

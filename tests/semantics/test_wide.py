@@ -149,6 +149,21 @@ def test_a_number_of_128_bits_beside_an_int_ends_the_run(number: int) -> None:
     assert Interpreter(program).step(*values, 0, lambda choice: choice.type.low).overflow
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["bmc", "induction", "pdr", "auto"])
+@pytest.mark.parametrize("factor", [(1 << 63) - 1, 1 << 63])
+def test_a_property_that_leaves_64_bits_at_first_is_unknown(engine: str, factor: int) -> None:
+    """Solvers calculate with mathematical integers, and the executor cannot perform what they find."""
+    board = {"n": {"type": "int", "init": 5}, "b": {"type": "bool"}}
+    state = {"name": "A", "internal": "n = 5;", "stays": True}
+    machines = {"m": {"inline": {"machine": "M", "states": [state]}}}
+    arrangement = build_arrangement({"name": "o", "whiteboard": board, "machines": machines, "schedule": ["m"]})
+    lines = parse_properties([Source("p.ltl", f"p: G n * {factor} < 0\nq: G b\n")])
+    found = verify(arrangement, lines, Options(), engine)
+    assert {p.verdict for p in found.properties} == {Verdict.UNKNOWN}
+    assert "a property leaves 64-bit arithmetic in the initial configuration" in (found.properties[0].reason or "")
+
+
 WIDE_INPUT = {
     "name": "w",
     "cycle_ms": 10,

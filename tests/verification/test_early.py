@@ -114,6 +114,23 @@ def test_of_all_engines_each_tells_when_it_ends():
     differential._wait(answers, Options(decided=told.append), 0)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["induction", "pdr", "auto", "all"])
+def test_a_proof_waits_for_a_run_that_satisfies_the_assumptions(engine: str) -> None:
+    """A prover does not look for one, and another engine, or the end of the check, finds that there is none."""
+    lines = "assume x: G n == 5\na: G !off\nb: G n < 9"
+    limits = Limits(max_states=2 if engine == "auto" else None)
+    told, final = told_by(engine, COUNTERS, lines, limits=limits)
+    assert final["a"] is Verdict.UNKNOWN and {early.name for early in told} <= {FAULTS}
+
+
+@pytest.mark.parametrize("accepted", [False, True])
+def test_a_formula_about_the_beginning_is_no_early_pass_under_strict(*, accepted: bool) -> None:
+    names = frozenset({"b"} if accepted else ())
+    told, final = told_by("explicit", LIGHTS, "b: !ns@AMBER", strict=True, accepted=names, vacuity="all")
+    assert final["b"] is Verdict.HOLDS and ("b" in {early.name for early in told}) == accepted
+
+
 def test_a_pass_waits_for_what_may_take_it_back():
     """Assumptions that no run satisfies; and how empty a pass is, under `strict`."""
     told, final = told_by("explicit", LIGHTS, "assume no: G F (ns@GREEN && ew@GREEN)\na: G !ns@AMBER\nb: G car")

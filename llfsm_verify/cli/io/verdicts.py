@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from types import TracebackType
 from typing import Self
 
-from llfsm_verify.checking.verdict import FAULTS, EarlyVerdict
+from llfsm_verify.checking.verdict import FAULTS, EarlyVerdict, Verdict
 from llfsm_verify.interrupts import deferring
 
 PATIENCE = 3.0
@@ -30,6 +30,8 @@ class EarlyVerdicts:
         self._title = title and f"{title}: "
         self._waiting: list[str] = []
         self._late = PATIENCE <= 0
+        self._sound = False
+        """No run ends in a fault."""
         self._ended = threading.Event()
         self._lock = threading.Lock()
         self._began, self._used = time.monotonic(), _processor_time()
@@ -56,7 +58,10 @@ class EarlyVerdicts:
             self._open.remove(known.name)
             left = f"{len(self._open)} more to decide" if self._open else "all are decided"
             after = f"{self._title}after {time.monotonic() - self._began:.0f} s"
-            self._waiting.append(f"{after}: {known.verdict.value:<8}  {known.name} (by {known.engine}; {left})")
+            faultless = known.verdict is Verdict.HOLDS and known.name != FAULTS and not self._sound
+            word = "holds on fault-free runs" if faultless else known.verdict.value
+            self._waiting.append(f"{after}: {word:<8}  {known.name} (by {known.engine}; {left})")
+            self._sound = self._sound or (known.name == FAULTS and known.verdict is Verdict.HOLDS)
             if self._late:
                 self._say()
 
