@@ -36,7 +36,10 @@ def doubts(arrangement: Arrangement | None, properties: PropertySet) -> tuple[Di
                 found.extend(_hopeless(check_atom(fragment, scope)))
             except DiagnosticError:
                 continue
-    return tuple(dict.fromkeys(found))  # the members of a family share theirs
+    once = {
+        (warning.code, warning.span): warning for warning in reversed(found)
+    }  # the members of a family share theirs
+    return tuple(reversed(once.values()))
 
 
 def _hopeless(atom: Expression) -> Iterator[Diagnostic]:

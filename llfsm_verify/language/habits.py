@@ -71,7 +71,7 @@ PROPERTY_WORDS = {
         "sum count any all": "write the elements out: `x[0] + x[1]`, or count in a variable",
         "random rand": "every property is about all runs, and about all values of inputs",
         "deadlock": "a machine without a next state is `m.finished`",
-        "time now elapsed clock": "a bound in time stands behind an operator: `F[<=3s] p`",
+        "time now elapsed clock": "a bound in time follows an operator: `F[<=3s] p`",
         "TRUE True": "write `true`",
         "FALSE False": "write `false`",
         "state": "write `m@STATE`",

@@ -118,7 +118,13 @@ def _unexpected(fragment: Fragment, token: Token, expected: frozenset[str], star
         wrong, message, instead = brackets
         return Diagnostic("E101", message, fragment.span(wrong.start, wrong.end), hint=instead)
     ended = token.type in (END, "RBRACE", "IF", "FOR", "ELSE") or _on_a_later_line(text, at)
-    if not habit and "SEMICOLON" in expected and "IF" not in expected and (ended or _begins_statement(text, at)):
+    if (
+        start == "actions"
+        and not habit
+        and "SEMICOLON" in expected
+        and "IF" not in expected
+        and (ended or _begins_statement(text, at))
+    ):
         before = len(text[:at].rstrip())
         return Diagnostic(
             "E103", "`;` is missing after this statement", fragment.span(max(0, before - 1), before), hint="write `;`"

@@ -50,12 +50,17 @@ def forgotten(formula: Formula, place: Span, *, arrow: bool = False, ours: bool 
         formula = next(part for part in formula.args if unguarded(part) is not None)
     why = "looks back, but is asked at the beginning" if atom.op in PAST else "stands under no temporal operator"
     message = f"`{to_text(atom, SHOWN)}` {why}, so it is about the initial configuration only"
-    always = apply("G", formula)
+    always, throughout = apply("G", formula), "if it is to be true throughout"
     if arrow and formula.op == "implies":
-        always = apply("G", apply("implies", formula.args[0], apply("F", formula.args[1])))
-    throughout = "for `leads to`" if always.args[0] is not formula else "if it is to be true throughout"
+        throughout = "for `leads to`"
+        then = formula.args[1]
+        always = apply("G", apply("implies", formula.args[0], then if then.op == "F" else apply("F", then)))
     hint = f"write `{to_text(always, SHOWN)}` {throughout}, or `{to_text(apply('initially', formula), SHOWN)}` if "
     hint += "the beginning is meant"
+    if any(node.op == "initially" for node in postorder(formula)):
+        whole = apply("initially", without_initially(formula))
+        hint = f"write `{to_text(whole, SHOWN)}` if all of this is about the beginning, or put the rest under `G`"
     if not ours:
-        hint = "put it under `G` (in SPIN `[]`) if it is to be true throughout"
+        hint = "put it under `G` (in SPIN `[]`) if it is to be true throughout; where the beginning is meant, "
+        hint += "`--accept-vacuity NAME` lets it pass under `--strict`"
     return Diagnostic(codes.INITIAL_ONLY, message, place, hint=hint)

@@ -123,7 +123,7 @@ def _refuse_late_kind(text: Fragment, name: str, body: list[Token]) -> None:
         return
     if [t.type for t in rest[:3]] in (["LSQB", "NUMBER", "RSQB"], ["LSQB", "MINUS", "NUMBER"]):
         return  # an element of an array of that name
-    message = f"`{kind}` stands before the name of a property"
+    message = f"`{kind}` belongs before the name of a property"
     hint = f"write `{kind} {name}: {Words(text, rest).excerpt(0, len(rest) - 1)}`"
     raise DiagnosticError(Diagnostic(codes.BAD_NAME, message, text.span(*word.span(1)), hint=hint))
 

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from llfsm_verify.checking.doubts import doubts
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.formula import BOOLEAN, apply, atom, atoms, to_text
 from llfsm_verify.logic.initial import unguarded, without_initially
@@ -32,6 +33,7 @@ def doubt(text, syntax="llfsm"):
         ("assume a: !p", "G !p", "initially !p"),
         ("b: O p", "G O p", "initially O p"),
         ("b: p --> q", "G (p -> F q)", "initially (p -> q)"),
+        ("b: p --> F q", "G (p -> F q)", "initially (p -> F q)"),
     ],
 )
 def test_a_forgotten_operator_is_said_with_its_mend(text, always, meant):
@@ -59,6 +61,17 @@ def test_other_syntaxes_are_warned_without_our_word(syntax):
 )  # fmt: skip
 def test_what_is_meant_is_not_warned_about(text):
     assert doubt(text) is None
+
+
+def test_a_formula_in_part_about_the_beginning_gets_one_mend() -> None:
+    """`initially` binds like `G`: `initially p -> q` is `(initially p) -> q`."""
+    (warning,) = doubts(None, parse_properties([Source("p.ltl", "b: initially p -> q")]))
+    assert warning.hint == "write `initially (p -> q)` if all of this is about the beginning, or put the rest under `G`"
+    assert not doubts(None, parse_properties([Source("p.ltl", "b: initially (p -> q)")]))
+
+
+def test_a_line_is_warned_about_once() -> None:
+    assert len(doubts(None, parse_properties([Source("p.ltl", "for i in 0..20: b: n == i")]))) == 1
 
 
 def test_initially_is_a_name_where_it_cannot_be_the_word():

@@ -153,7 +153,14 @@ def test_others_read_what_is_written(tmp_path: Path) -> None:
         tally["decimals"] += any(signal.type.digits for signal in timeline.signals)
 
     amount = settings(max_examples=examples(12), deadline=None, suppress_health_check=list(HealthCheck))
-    spread(check, amount, arrangements(), st.integers(1, 1 << 40), size=6, until=AtLeast(tally, {"rows": 40, "decimals": 1}))
+    spread(
+        check,
+        amount,
+        arrangements(),
+        st.integers(1, 1 << 40),
+        size=6,
+        until=AtLeast(tally, {"rows": 40, "decimals": 1}),
+    )
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.codes import HINTS
 from llfsm_verify.arrangement.formats.yaml.indentation import misindented, tab_in_front
-from llfsm_verify.arrangement.formats.yaml.unfinished import missing, unclosed
+from llfsm_verify.arrangement.formats.yaml.unfinished import missing, unclosed, value_before
 from llfsm_verify.arrangement.model import ACTION_KINDS
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
 
@@ -77,7 +77,8 @@ def explain(source: Source, error: yaml.YAMLError) -> Diagnostic:
     trap = suspect(source, at)
     if trap is not None and (indentation is None or trap[0].end > line_start):
         return eaten(*trap)
-    if indentation is None and problem.startswith("mapping values are not allowed"):
+    inside = value_before(source, at)  # a second `:` on a line, which no indentation mends
+    if indentation is None and not inside and problem.startswith("mapping values are not allowed"):
         indentation = misindented(source, at)
     said = f"{context}: {problem}" if context else problem
     better = indentation or missing(source, error, at)

@@ -68,9 +68,20 @@ def missing(source: Source, error: yaml.YAMLError, at: int) -> Diagnostic | None
     key = _KEY.match(line)
     if key is not None and last.endswith(")") and key[2]:
         return Diagnostic("E010", "keys and values cannot stand in `(…)`", here, hint="write `{…}`")
-    if key is not None and re.search(r":[ \t]", before[key.end() :] + ": "):
-        return Diagnostic("E010", f"the value of `{key[1]}` has `: ` in it", here, hint="quote it: '…'")
-    return None
+    if key is None or not value_before(source, at):
+        return None
+    hint = "quote it: '…'"
+    if re.search(r",[ ]+[\w.-]+:[ ]", last[key.end() :] + " "):  # several keys without their brackets
+        begin = key.start(1) if "-" in line[: key.start(1)] else key.end()
+        hint = f"write `{last[:begin].lstrip()}{{{last[begin:][:80]}}}`"
+    return Diagnostic("E010", f"the value of `{key[1]}` has `: ` in it", here, hint=hint)
+
+
+def value_before(source: Source, at: int) -> bool:
+    """Whether a key and the beginning of its value stand before `at` on its line."""
+    start = source.text.rfind("\n", 0, at) + 1
+    key = _KEY.match(source.text, start, at)
+    return key is not None and bool(source.text[key.end() : at].strip())
 
 
 def _unopened(source: Source, at: int) -> Diagnostic | None:
