@@ -20,7 +20,7 @@ KINDS = (
 def hidden(name: str) -> bool:
     """A file that is not finished: nobody takes it for one that is."""
     file = Path(name).name
-    return file.startswith(".") or file.endswith(".tmp")
+    return (file.startswith(".") and file != ".gitignore") or file.endswith(".tmp")
 
 
 def visible(files: dict[str, str]) -> dict[str, str]:
