@@ -275,9 +275,9 @@ class Model:
         A cycle takes `cycle_ms` (of an untimed arrangement), `rate` times as fast; 0: without waiting. It ends after so
         many `cycles`, by itself, by `LiveRun.stop`, or where it is to `stop_on` something. `inputs` hold values; with
         `simulate`, the model of the surroundings also runs, and other inputs are drawn from `seed` as `Model.simulate`
-        draws them, with `hold` and `draw`. Others read and
-        post on the `whiteboard` of that name (`Whiteboard`), and `record` names a new file for a recording. The loop is
-        on a thread without the interpreter's lock; `processes` other than ``"thread"`` forks it, as `llfsm run` does.
+        draws them, with `hold` and `draw`. Others read and post on the `whiteboard` of that name (`Whiteboard`), and
+        `record` names a new file for a recording. The loop is on a thread without the interpreter's lock; `processes`
+        other than ``"thread"`` forks it, as `llfsm run` does.
 
         DiagnosticError: it cannot run, a property is wrong, or the recording cannot be written. ValueError: an option
         wants another value. WhiteboardError: the whiteboard cannot be served.

@@ -238,7 +238,7 @@ def is_name(node: Node) -> bool:
 
 
 def _named(text: str) -> str:
-    """What to write for a name that is none."""
+    """What to write in place of a text that is not a valid name."""
     words = re.findall(r"\w+", text[:60], re.ASCII)
     if len(words) > 1 and re.search("[,;|]", text):
         return "write `,` between values, and `[ ]` around all of them"

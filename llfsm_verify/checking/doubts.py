@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, counted
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span, counted
 from llfsm_verify.language.atoms import PropertyScope, check_atom
 from llfsm_verify.language.constants import evaluate, interval
 from llfsm_verify.language.trees import of_kind
@@ -36,10 +36,10 @@ def doubts(arrangement: Arrangement | None, properties: PropertySet) -> tuple[Di
                 found.extend(_hopeless(check_atom(fragment, scope)))
             except DiagnosticError:
                 continue
-    once = {
-        (warning.code, warning.span): warning for warning in reversed(found)
-    }  # the members of a family share theirs
-    return tuple(reversed(once.values()))
+    once: dict[tuple[str, Span | None], Diagnostic] = {}
+    for warning in found:  # the members of a family share their line
+        once.setdefault((warning.code, warning.span), warning)
+    return tuple(once.values())
 
 
 def _hopeless(atom: Expression) -> Iterator[Diagnostic]:

@@ -10,6 +10,8 @@ from llfsm_verify.checking.trace import Trace
 NO_RUN = "no run satisfies the assumptions, so this says nothing"
 """What is said of every property then."""
 PERHAPS_NO_RUN = "whether any run satisfies the assumptions is not known"
+OPEN = frozenset({NO_RUN, PERHAPS_NO_RUN})
+"""A pass with one of these notes may say nothing."""
 FindingKind = Literal[
     "antecedent", "subformula", "valid", "unsatisfiable", "letter", "assumptions", "escape", "initial"
 ]

@@ -8,7 +8,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Literal, TypeVar
 
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.vacuity import NO_RUN, PERHAPS_NO_RUN, Vacuity
+from llfsm_verify.checking.vacuity import OPEN, Vacuity
 from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.limits import Limits
@@ -187,7 +187,7 @@ class Result:
             yield EarlyVerdict(FAULTS, self.faults.verdict, self.engine)
         for item in self.properties:
             passes = item.verdict is Verdict.HOLDS
-            doubtful = bool({NO_RUN, PERHAPS_NO_RUN} & set(item.notes)) or self.is_empty(item) or self.is_unseen(item)
+            doubtful = not OPEN.isdisjoint(item.notes) or self.is_empty(item) or self.is_unseen(item)
             if item.verdict is Verdict.VIOLATED or (passes and not doubtful and not self.is_claimed(item.verdict)):
                 yield EarlyVerdict(item.name, item.verdict, item.engine)
 

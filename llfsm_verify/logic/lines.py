@@ -113,7 +113,7 @@ def read_line(text: Fragment, tokens: list[Token]) -> Line:
 
 
 def _refuse_late_kind(text: Fragment, name: str, body: list[Token]) -> None:
-    """DiagnosticError (E312) when the kind of a property stands behind its name, as reports print it."""
+    """DiagnosticError (E312) when the kind of a property follows its name, as in reports."""
     word = _KIND_WORD.match(text.text, body[0].start)
     if word is None:
         return

@@ -38,9 +38,8 @@ class TurnLimits:
 class Turn:
     """One turn of an engine in ``--engine auto``, with limits of ours beside those of the user.
 
-    `again`: only if such a limit stopped the engine before, which is higher now; without `most` only if every variable
-    has bounds, too.
-    `brief`: a short attempt. `alone`: these limits are also those of ``--engine all``.
+    `again`: only if such a limit stopped the engine before, which is higher now; without `most` every variable must
+    also have bounds. `brief`: a short attempt. `alone`: these limits are also those of ``--engine all``.
     """
 
     place: int

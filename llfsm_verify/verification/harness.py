@@ -21,7 +21,7 @@ from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import ReplayedRun
 from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.trace import letter_steps
-from llfsm_verify.checking.vacuity import NO_RUN, PERHAPS_NO_RUN, Escape, Vacuity
+from llfsm_verify.checking.vacuity import NO_RUN, OPEN, PERHAPS_NO_RUN, Escape, Vacuity
 from llfsm_verify.checking.verdict import (
     FAULTS,
     EarlyVerdict,
@@ -217,7 +217,7 @@ class _Check:
         result = self._answered(session, goal)
         if result.verdict is Verdict.UNKNOWN and goal.line.name in self._early:
             result = self._violated(goal, self._early[goal.line.name])
-        if not {NO_RUN, PERHAPS_NO_RUN} & set(result.notes):
+        if OPEN.isdisjoint(result.notes):
             self._tell(result.name, result.verdict)
         return result
 

@@ -72,8 +72,8 @@ class RegularMonitor:
         return self._steps[key]
 
     def bad_prefix(self) -> tuple[int, ...] | None:
-        """A shortest bad prefix, as letters of which each machine is in one state at a time; None: there is none, so
-        every run of any arrangement has the property. AutomatonTooLarge; LimitReached."""
+        """A shortest bad prefix, whose letters have each machine in one state. None: no word is one, so every run of
+        any arrangement has the property. AutomatonTooLarge; LimitReached."""
         todo: list[tuple[int, tuple[int, ...]]] = [(0, ())]
         seen, guards = {0}, self._guards
         for state, word in todo:

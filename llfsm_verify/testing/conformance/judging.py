@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from llfsm_verify.checking.vacuity import NO_RUN, PERHAPS_NO_RUN
+from llfsm_verify.checking.vacuity import NO_RUN, OPEN
 from llfsm_verify.checking.verdict import Result, Verdict
 from llfsm_verify.testing.conformance.known import Known
 from llfsm_verify.testing.conformance.outcome import Wrong
@@ -46,7 +46,7 @@ def _properties(result: Result, answers: Answers, demanded: frozenset[str]) -> I
                 yield f"`{found.name}` is said to hold and is violated: {found.text}"
             case Verdict.VIOLATED if holds is True:
                 yield f"`{found.name}` is said to be violated and holds: {found.text}"
-            case Verdict.HOLDS if answers.contradictory and not {NO_RUN, PERHAPS_NO_RUN} & set(found.notes):
+            case Verdict.HOLDS if answers.contradictory and OPEN.isdisjoint(found.notes):
                 yield f"`{found.name}` is said to hold, without a note that no run satisfies the assumptions"
             case Verdict.HOLDS if answers.contradictory is False and NO_RUN in found.notes:
                 yield f"of `{found.name}` it is said that no run satisfies the assumptions, and some do"

@@ -127,7 +127,7 @@ schedule: [a, b]
         ("lamp = wish;", "if (b@A) lamp = true;", 1),  # the state of a machine is such a variable
         ("schedule: [a, b]", "schedule: [b, a]", 0),
         ("schedule: [a, b]", "processes: {p: [a], q: [b]}", 0),
-        ("schedule: [a, b]", "operators: {write: [wish]}\nschedule: [a, b]", 0),  # others write it, too
+        ("schedule: [a, b]", "operators: {write: [wish]}\nschedule: [a, b]", 0),  # others also write it
         ("lamp = wish;", "lamp = wish; wish = false;", 0),  # it writes itself what it reads
         ("lamp = wish;", "lamp = go;", 0),
         ("internal: lamp = wish;", "internal: lamp = wish;, lint: {L024: as in the paper}", 0),
