@@ -23,8 +23,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from llfsm_verify.runtime.whiteboard import board as client
-from llfsm_verify.runtime.whiteboard.board import Whiteboard, WhiteboardError
+from llfsm_verify.runtime.whiteboard import client
+from llfsm_verify.runtime.whiteboard.client import Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.permissions import user_name
 from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST, socket_path
 

@@ -25,8 +25,8 @@ from llfsm_verify.logic.properties import FEATURES, PropertySet, parse_propertie
 from llfsm_verify.monitoring.native import CompiledMonitors
 from llfsm_verify.monitoring.properties import monitor_properties
 from llfsm_verify.monitoring.states import Monitor, Monitorability
-from llfsm_verify.runtime.monitored import MonitoredSimulation
-from llfsm_verify.runtime.simulation import Simulation
+from llfsm_verify.runtime.stepping.monitored import MonitoredSimulation
+from llfsm_verify.runtime.stepping.simulation import Simulation
 from llfsm_verify.semantics.lowering import lower
 from tools import oracles
 

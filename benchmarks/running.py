@@ -38,10 +38,10 @@ from llfsm_verify.runtime.live.run import Lateness
 from llfsm_verify.runtime.live.serving import serve
 from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.recording.file import Recorder
-from llfsm_verify.runtime.whiteboard.board import Whiteboard
-from llfsm_verify.runtime.whiteboard.owner import Owner
+from llfsm_verify.runtime.whiteboard.client import Whiteboard
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.segment import Attached
+from llfsm_verify.runtime.whiteboard.server import Owner
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.semantics.lowering import lower
 

@@ -31,8 +31,13 @@ if TYPE_CHECKING:
     from llfsm_verify.kripke.structure import Structure
     from llfsm_verify.limits import LimitReached
     from llfsm_verify.runtime.live.run import RunReport
-    from llfsm_verify.runtime.simulation import Simulation, SimulationError, SimulationFault, SimulationOverflow
-    from llfsm_verify.runtime.whiteboard.board import InputWriter, PostRefused, View, Whiteboard, WhiteboardError
+    from llfsm_verify.runtime.stepping.simulation import (
+        Simulation,
+        SimulationError,
+        SimulationFault,
+        SimulationOverflow,
+    )
+    from llfsm_verify.runtime.whiteboard.client import InputWriter, PostRefused, View, Whiteboard, WhiteboardError
     from llfsm_verify.runtime.whiteboard.subscription import Subscription, Update
 
 _ROOMS = {
@@ -55,8 +60,8 @@ _ROOMS = {
     "kripke.structure": ("Structure",),
     "limits": ("LimitReached",),
     "runtime.live.run": ("RunReport",),
-    "runtime.simulation": ("Simulation", "SimulationError", "SimulationFault", "SimulationOverflow"),
-    "runtime.whiteboard.board": ("InputWriter", "PostRefused", "View", "Whiteboard", "WhiteboardError"),
+    "runtime.stepping.simulation": ("Simulation", "SimulationError", "SimulationFault", "SimulationOverflow"),
+    "runtime.whiteboard.client": ("InputWriter", "PostRefused", "View", "Whiteboard", "WhiteboardError"),
     "runtime.whiteboard.subscription": ("Subscription", "Update"),
 }
 """Where each name is, below this package."""

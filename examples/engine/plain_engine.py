@@ -13,7 +13,6 @@ from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.moves import Lazy, moves_of
 from llfsm_verify.automata.safety import PrefixMonitor
-from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.backends.reference import Interpreter, evaluate
 from llfsm_verify.checking.claims import add_premises, claim_of
 from llfsm_verify.checking.engine import Answer, Given, Holds, Session, Unknown, Violated
@@ -24,6 +23,7 @@ from llfsm_verify.kripke.observing import observed_outputs
 from llfsm_verify.limits import LimitReached, reached, tick
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Int, Var
+from llfsm_verify.values import Value
 from llfsm_verify.verification.engines import EngineEntry
 
 ENTRY = EngineEntry(

@@ -43,9 +43,9 @@ from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.drawing.graph import Graph, summarise
 from llfsm_verify.report.replaying import replay_file
-from llfsm_verify.runtime.drawing import drawing_of
-from llfsm_verify.runtime.random_run import RandomRun, Script, input_problem
-from llfsm_verify.runtime.simulation import Simulation
+from llfsm_verify.runtime.stepping.drawing import drawing_of
+from llfsm_verify.runtime.stepping.random_run import RandomRun, Script, input_problem
+from llfsm_verify.runtime.stepping.simulation import Simulation
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.verification.engines import DEFAULT_ENGINE
 from llfsm_verify.verification.query import ask, parse_query
@@ -53,7 +53,7 @@ from llfsm_verify.verification.verify import verify
 
 if TYPE_CHECKING:
     from llfsm_verify.api.running import LiveRun, Processes
-    from llfsm_verify.runtime.whiteboard.board import Whiteboard
+    from llfsm_verify.runtime.whiteboard.client import Whiteboard
 
 QUERY = "<query>"
 """The name of a query in diagnostics."""
@@ -322,7 +322,7 @@ class Model:
         that is known, and where the run has ended the others, with None: also ``"undecided"``. DiagnosticError: a
         property is wrong, or frames do not show what it needs; WhiteboardError: there are too many subscribers.
         """
-        from llfsm_verify.runtime.whiteboard.monitoring import FrameMonitors
+        from llfsm_verify.runtime.deciding.frames import FrameMonitors
 
         monitors = FrameMonitors(self.wrapped, read_properties(properties, syntax), whiteboard.slots)
         frames = whiteboard.frames()

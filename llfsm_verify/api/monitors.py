@@ -16,8 +16,8 @@ from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.monitoring.native import CompiledMonitors
 from llfsm_verify.monitoring.properties import Monitored, Timing, monitor_properties
 from llfsm_verify.report.monitor import summary
-from llfsm_verify.runtime.drawing import drawing_of
-from llfsm_verify.runtime.monitored import MonitoredSimulation
+from llfsm_verify.runtime.stepping.drawing import drawing_of
+from llfsm_verify.runtime.stepping.monitored import MonitoredSimulation
 from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.semantics.lowering import lower
 

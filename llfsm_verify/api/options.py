@@ -11,9 +11,9 @@ from typing import TypedDict, cast, get_args
 from llfsm_verify.checking.verdict import EarlyVerdict, Options, Progress
 from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions, When
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
-from llfsm_verify.kripke.values import Shown, text
 from llfsm_verify.limits import Limits, parse_size
 from llfsm_verify.registry import meant
+from llfsm_verify.values import Shown, text
 from llfsm_verify.verification.engines import ENGINES, WRITTEN
 
 Draw = Mapping[str, float | Mapping[Shown, float]]

@@ -24,19 +24,19 @@ from llfsm_verify.arrangement.replacing import Change, NewPolicy, Replacement
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.kripke.values import text
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.runtime.live.plan import Plan
 from llfsm_verify.runtime.live.run import RunReport
 from llfsm_verify.runtime.live.serving import Attendant
-from llfsm_verify.runtime.loading.making import Making
-from llfsm_verify.runtime.loading.succession import Succession
-from llfsm_verify.runtime.whiteboard.board import Replaced, WhiteboardError
-from llfsm_verify.runtime.whiteboard.owner import Owner, Taken
+from llfsm_verify.runtime.live.slots import slots_of
+from llfsm_verify.runtime.swapping.hot_swap import Succession
+from llfsm_verify.runtime.swapping.settings import Making
+from llfsm_verify.runtime.whiteboard.client import Replaced, WhiteboardError
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace
+from llfsm_verify.runtime.whiteboard.server import Owner, Taken
 from llfsm_verify.runtime.whiteboard.shared import Shared
-from llfsm_verify.runtime.whiteboard.slots import slots_of
+from llfsm_verify.values import text
 
 Processes = Literal["thread", "separate", "together"]
 Started = tuple[Succession, Shared, Owner | None]

@@ -1,7 +1,10 @@
-"""What a policy may not do that takes the place of another one in a run: name other levels, or give machines more."""
+"""Policies of runs: their digest, and what one may not do that takes the place of another: name other levels, or give
+machines more."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Iterator
 
 from llfsm_verify.arrangement.access import Access
@@ -72,3 +75,14 @@ def _denied(after: Access, message: str, hint: str, *places: str) -> Diagnostic:
     """Its place is the first of these, or the levels, where the policy says nothing of it."""
     span: Span = next(after.marks[place] for place in (*places, "levels") if place in after.marks)
     return Diagnostic("E165", message, span, hint=hint)
+
+
+def policy_digest(arrangement: Arrangement) -> str:
+    """SHA-256 (hex) of who may do what: the keys `access` and `operators` of an arrangement, in whatever order."""
+    access = arrangement.access
+    operated = sorted([o.kind, o.target] for o in arrangement.operated)
+    levels = None if access is None else {
+        "levels": list(access.levels), "machines": dict(access.machines), "write": dict(access.write),
+        "command": dict(access.command), "users": dict(access.users), "refuses": access.refuses,
+    }  # fmt: skip
+    return hashlib.sha256(json.dumps([levels, operated], sort_keys=True).encode()).hexdigest()

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.backends.broken import BrokenProgramError
-from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.program.program import (
     INT64_MAX,
     INT64_MIN,
@@ -34,6 +33,7 @@ from llfsm_verify.program.program import (
     Switch,
     Type,
 )
+from llfsm_verify.values import Value
 
 Event = tuple[EventKind, int, tuple[int, ...]]
 """Kind, index of the machine, arguments."""

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from fractions import Fraction
 
 from llfsm_verify.limits import parse_size
-from llfsm_verify.runtime.duration import duration_ms
+from llfsm_verify.runtime.stepping.duration import duration_ms
 
 PROPERTY_QUESTIONS = {
     "classify": "print the class (S G O R P T, B for S and G), a tab and the formula",

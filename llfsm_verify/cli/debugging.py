@@ -16,8 +16,8 @@ from llfsm_verify.runtime.debugging.paths import Free, Recorded, Traced
 from llfsm_verify.runtime.debugging.paths import Path as Walked
 from llfsm_verify.runtime.debugging.session import Driven, Session
 from llfsm_verify.runtime.debugging.start import Start
-from llfsm_verify.runtime.drawing import drawing_of
 from llfsm_verify.runtime.live.codes import ABSENT
+from llfsm_verify.runtime.stepping.drawing import drawing_of
 
 _TRACE = re.compile(rb"^trace[ \t]*:", re.MULTILINE)
 _HEAD_BYTES = 1 << 16
@@ -73,7 +73,7 @@ def _is_trace(path: str) -> bool:
 def _attached(name: str, left: ExitStack) -> Driven | None:
     """A look at what runs; None: nothing of this name runs."""
     from llfsm_verify.runtime.debugging.attached import Attached
-    from llfsm_verify.runtime.whiteboard.board import Whiteboard, WhiteboardError
+    from llfsm_verify.runtime.whiteboard.client import Whiteboard, WhiteboardError
     from llfsm_verify.runtime.whiteboard.places import NoPlace, names
 
     try:

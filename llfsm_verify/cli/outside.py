@@ -15,11 +15,11 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, counted
 from llfsm_verify.guarding.orders import Order
 from llfsm_verify.guarding.reaction_time import Pace, reaction
 from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.runtime.deciding.frames import FrameMonitors
+from llfsm_verify.runtime.deciding.recordings import Decided
 from llfsm_verify.runtime.live.codes import ABSENT
-from llfsm_verify.runtime.recording.check import Decided
-from llfsm_verify.runtime.whiteboard.board import Whiteboard
-from llfsm_verify.runtime.whiteboard.monitoring import FrameMonitors
-from llfsm_verify.runtime.whiteboard.outside import Acted, OutsideGuard, Sent, refusals
+from llfsm_verify.runtime.outside.guard import Acted, OutsideGuard, Sent, refusals
+from llfsm_verify.runtime.whiteboard.client import Whiteboard
 from llfsm_verify.runtime.whiteboard.posts import WRITE
 from llfsm_verify.runtime.whiteboard.subscription import most_missed
 

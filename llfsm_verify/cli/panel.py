@@ -12,12 +12,12 @@ from fractions import Fraction
 from typing import TextIO, cast
 
 from llfsm_verify.cli.io.unhurried import Unhurried
-from llfsm_verify.kripke.values import Shown
 from llfsm_verify.report.panel import Moment, panel
 from llfsm_verify.runtime.live.frame import CYCLE, ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.run import lateness
+from llfsm_verify.runtime.live.slots import STATE, VERDICT, slots_of
 from llfsm_verify.runtime.whiteboard.shared import Shared
-from llfsm_verify.runtime.whiteboard.slots import STATE, VERDICT, slots_of
+from llfsm_verify.values import Shown
 
 INTERVAL = 0.1
 """Seconds between two pictures."""

@@ -20,8 +20,8 @@ from llfsm_verify.cli.common_arguments import (
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.runtime.debugging.kept import MOST_STEPS
-from llfsm_verify.runtime.loading.limits import DEFAULT
-from llfsm_verify.runtime.logs.formats import LOGS
+from llfsm_verify.runtime.deciding.logs.formats import LOGS
+from llfsm_verify.runtime.swapping.limits import DEFAULT
 
 KINDS = ("suspend", "resume", "restart", "load", "load_suspended", "unload", "write", "replace", "policy")
 """Of commands."""

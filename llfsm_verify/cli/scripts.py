@@ -15,8 +15,8 @@ from llfsm_verify.cli.simulating import LOOKED
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.limits import DEFAULT_STEPS
 from llfsm_verify.program.program import Program
-from llfsm_verify.runtime.duration import duration_ms
-from llfsm_verify.runtime.random_run import Script, input_problem
+from llfsm_verify.runtime.stepping.duration import duration_ms
+from llfsm_verify.runtime.stepping.random_run import Script, input_problem
 
 START = ("0ms", "0s", "0min", "0h")
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.backends.native.layout import Layout, Value
+from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import TraceStep
@@ -20,6 +20,7 @@ from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.program.moves import Move
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.values import Value
 
 MOST_STEPS = 100_000_000
 """Steps after which it is not known: an input with many values has as many from each configuration."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from llfsm_verify.backends.native.executor import Edge, NativeProgram
 from llfsm_verify.kripke.observing import observed_outputs
 from llfsm_verify.kripke.structure import Structure
-from llfsm_verify.kripke.values import Shown, shown, text
 from llfsm_verify.program.labelling import is_class
+from llfsm_verify.values import Shown, shown, text
 
 if TYPE_CHECKING:
     from llfsm_verify.kripke.labels.words import Words

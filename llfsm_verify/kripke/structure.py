@@ -14,11 +14,11 @@ from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.graph import FIRST_BYTES, NUMBER_BYTES, Graph
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.kripke.memory import Region
-from llfsm_verify.kripke.values import Shown, elements
 from llfsm_verify.limits import Budget, endless_budget
 from llfsm_verify.program.program import INT64_MAX, Program
 from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.values import Shown, elements
 
 if TYPE_CHECKING:
     import networkx as nx

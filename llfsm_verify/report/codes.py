@@ -20,11 +20,11 @@ from llfsm_verify.monitoring.codes import CODES as MONITORS
 from llfsm_verify.report.drawing.codes import CODES as DRAWINGS
 from llfsm_verify.report.testing_codes import CODES as TESTING
 from llfsm_verify.report.timeline.codes import CODES as TIMELINES
-from llfsm_verify.runtime.audit import CODES as AUDIT
+from llfsm_verify.runtime.deciding.logs.codes import CODES as LOGS
 from llfsm_verify.runtime.live.codes import CODES as RUNS
-from llfsm_verify.runtime.logs.codes import CODES as LOGS
 from llfsm_verify.runtime.ports.codes import CODES as PORTS
 from llfsm_verify.runtime.recording.codes import CODES as RECORDINGS
+from llfsm_verify.runtime.whiteboard.audit import CODES as AUDIT
 
 LOWERING = {
     "E193": "What is calculated may leave 128 bits.",

@@ -15,10 +15,10 @@ from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.fileformat import FORMAT
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.labels.notes import InputNote
-from llfsm_verify.kripke.values import read_back
 from llfsm_verify.report.cycles import moments
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.wording import verdict_text
+from llfsm_verify.values import read_back
 
 if TYPE_CHECKING:
     from llfsm_verify.checking.proof import Proof

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from llfsm_verify.kripke.values import Shown, text
 from llfsm_verify.report.running import ENDINGS, duration
 from llfsm_verify.runtime.live.run import Lateness
+from llfsm_verify.values import Shown, text
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

@@ -16,7 +16,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, counted
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.saving import document_of, saved_text
 from llfsm_verify.report.tracefile import Expected, SavedProperty
-from llfsm_verify.runtime.recording.check import Decided, check
+from llfsm_verify.runtime.deciding.recordings import Decided, check
 from llfsm_verify.runtime.recording.codes import UNSAVED
 from llfsm_verify.runtime.recording.file import Recording
 from llfsm_verify.runtime.recording.origin import arrangement_of, code_of, free_of

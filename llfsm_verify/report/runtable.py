@@ -7,12 +7,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from llfsm_verify.checking.trace import TraceStep
-from llfsm_verify.kripke.values import value_text
 from llfsm_verify.program.program import Choice, Int, Program
 from llfsm_verify.report.columns import Column
 from llfsm_verify.report.cycles import Cycles, Times
 from llfsm_verify.report.steptable import COLUMNS, StepLines
 from llfsm_verify.report.tracetable import LastShown, Row, step_row
+from llfsm_verify.values import value_text
 
 if TYPE_CHECKING:
     from rich.text import Text

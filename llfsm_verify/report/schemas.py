@@ -14,7 +14,9 @@ SCHEMAS: Registry[Callable[[str], dict[str, object]]] = Registry(
         Entry("machine", _WRITTEN_BY_PEOPLE, "machine files"),
         Entry("policy", _WRITTEN_BY_PEOPLE, "policy files, `access: {file: …}`"),
         Entry("ports", "llfsm_verify.runtime.ports.schema:load", "files of ports, `llfsm run --ports`"),
-        Entry("mapping", "llfsm_verify.runtime.logs.schema:load", "mappings of logs, `check-recording --mapping`"),
+        Entry(
+            "mapping", "llfsm_verify.runtime.deciding.logs.schema:load", "mappings of logs, `check-recording --mapping`"
+        ),
         Entry("trace", _WRITTEN_BY_US, "trace files"),
         Entry("result", _WRITTEN_BY_US, "`llfsm verify --format json`"),
         Entry("monitor", _WRITTEN_BY_US, "`llfsm monitor --as table`"),

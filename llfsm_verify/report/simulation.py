@@ -15,7 +15,7 @@ from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.json import trace_object
 
 if TYPE_CHECKING:
-    from llfsm_verify.runtime.random_run import RandomRun
+    from llfsm_verify.runtime.stepping.random_run import RandomRun
 
 OVERFLOW = "A value left 64 bits: the executor cannot go on."
 

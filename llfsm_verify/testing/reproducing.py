@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from llfsm_verify.checking.replay.confirm import Schedule
-from llfsm_verify.kripke.values import Shown
 from llfsm_verify.logic.reading import names_file
 from llfsm_verify.program.moves import Move
+from llfsm_verify.values import Shown
 
 if TYPE_CHECKING:
     from llfsm_verify.testing.run import Run, Stretch

@@ -9,12 +9,12 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, NoReturn
 
 from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
-from llfsm_verify.kripke.values import Shown
 from llfsm_verify.logic.properties import Property
 from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.program.program import FaultSite
-from llfsm_verify.runtime.monitored import FOR_EVER
-from llfsm_verify.runtime.simulation import SimulationFault, SimulationOverflow
+from llfsm_verify.runtime.stepping.monitored import FOR_EVER
+from llfsm_verify.runtime.stepping.simulation import SimulationFault, SimulationOverflow
+from llfsm_verify.values import Shown
 
 if TYPE_CHECKING:
     from llfsm_verify.checking.trace import Trace

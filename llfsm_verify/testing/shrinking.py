@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, pairwise, product
 
-from llfsm_verify.kripke.values import Shown
 from llfsm_verify.testing.run import Run, RunFailed, Stretch
+from llfsm_verify.values import Shown
 
 MAX_TRIES = 5_000
 """Runs that are tried for one failure: well below a second of machine code."""

@@ -9,10 +9,10 @@ from itertools import combinations
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.kripke.values import Shown
 from llfsm_verify.testing.run import Run, RunFailed, Stretch
 from llfsm_verify.testing.subject import Knob, Subject
 from llfsm_verify.testing.wrapped import Wrapper, unwrap
+from llfsm_verify.values import Shown
 
 FEW = 2
 """Most changes touch at most so many inputs."""

@@ -15,7 +15,6 @@ from llfsm_verify.checking.goals.kinds import CHECKED, goals_of
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
-from llfsm_verify.kripke.values import Shown, shown
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.properties import Property, PropertySet, parse_properties
 from llfsm_verify.logic.reading import names_file, read_source
@@ -23,10 +22,11 @@ from llfsm_verify.monitoring.properties import Timing, monitor_properties
 from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
 from llfsm_verify.program.program import Choice, Int
 from llfsm_verify.report.testing_codes import PARTLY, UNTESTED
-from llfsm_verify.runtime.monitored import MonitoredSimulation
+from llfsm_verify.runtime.stepping.monitored import MonitoredSimulation
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.boundaries import boundaries, longest_wait
 from llfsm_verify.testing.wrapped import Wrapper, unwrap
+from llfsm_verify.values import Shown, shown
 
 if TYPE_CHECKING:
     from llfsm_verify.testing.run import Run

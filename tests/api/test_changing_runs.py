@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 import llfsm_verify as lv
+from llfsm_verify.arrangement.granting import policy_digest
 from llfsm_verify.runtime.recording.file import Recording
-from llfsm_verify.runtime.whiteboard.permissions import policy_digest, user_name
+from llfsm_verify.runtime.whiteboard.permissions import user_name
 from llfsm_verify.runtime.whiteboard.places import socket_path
 from tests.cli.running import llfsm
 from tests.runtime.recording.test_file import Full

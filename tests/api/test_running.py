@@ -12,9 +12,9 @@ import pytest
 
 import llfsm_verify as lv
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS
+from llfsm_verify.runtime.live.slots import slots_of
 from llfsm_verify.runtime.recording.file import HEAD, Recording
 from llfsm_verify.runtime.recording.origin import code_of as code_of_recording
-from llfsm_verify.runtime.whiteboard.slots import slots_of
 from tests.cli.running import FAULTY, LIGHTS, llfsm
 from tests.runtime.live.runs import turns_of
 from tests.runtime.recording.forging import begin_of, sealed

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from llfsm_verify.runtime.debugging.commands import COMMANDS
-from llfsm_verify.runtime.whiteboard.board import Whiteboard, WhiteboardError
+from llfsm_verify.runtime.whiteboard.client import Whiteboard, WhiteboardError
 from tests.cli.running import FAULTY, LIGHTS, llfsm
 
 

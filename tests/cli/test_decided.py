@@ -12,7 +12,7 @@ from llfsm_verify.diagnostics import Source
 from llfsm_verify.guarding.guardable import Guardable
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.report.text import result_text
-from llfsm_verify.runtime.recording.check import Decided
+from llfsm_verify.runtime.deciding.recordings import Decided
 from tests.report.results import GOOD, result
 
 LINE = parse_properties([Source("p", "a: G p")]).properties[0]

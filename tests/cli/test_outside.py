@@ -8,7 +8,7 @@ import pytest
 
 from llfsm_verify.arrangement.loader import load_arrangement
 from tests.cli.running import llfsm
-from tests.runtime.whiteboard.test_board import boards, served, tidy  # noqa: F401 - fixtures
+from tests.runtime.whiteboard.test_server import boards, served, tidy  # noqa: F401 - fixtures
 
 SUBSUMPTION = "models/recipes/subsumption.yaml"
 APART = "apart: G (obstacle -> motor == STOP)"

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
+from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError
 from tests.cli.running import LIGHTS, llfsm
 from tests.processes import ended
 

@@ -21,7 +21,7 @@ import pytest
 
 from llfsm_verify.cli.io import unhurried
 from llfsm_verify.cli.io.unhurried import MOST_WAITING, Unhurried
-from llfsm_verify.runtime.whiteboard.board import Whiteboard, WhiteboardError
+from llfsm_verify.runtime.whiteboard.client import Whiteboard, WhiteboardError
 
 MOTORS = """\
 name: motors

@@ -20,8 +20,8 @@ from llfsm_verify.language.types import ArrayType, BoolType, RecordType, scalar_
 from llfsm_verify.limits import Limits
 from llfsm_verify.monitoring.properties import monitor_properties
 from llfsm_verify.monitoring.states import MonitorVerdict
-from llfsm_verify.runtime.monitored import MonitoredSimulation
-from llfsm_verify.runtime.simulation import SimulationFault, SimulationOverflow
+from llfsm_verify.runtime.stepping.monitored import MonitoredSimulation
+from llfsm_verify.runtime.stepping.simulation import SimulationFault, SimulationOverflow
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import arrangements
 from tests.guarding.helpers import draft_of, guarded, proved, text_of

@@ -9,10 +9,10 @@ from itertools import islice
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.layout import Layout, TooManyInitial
-from llfsm_verify.backends.native.layout import Value as Held
 from llfsm_verify.backends.reference import Interpreter, Outcome, evaluate
 from llfsm_verify.language.types import ArrayType, RecordType, Type, Value
 from llfsm_verify.program.program import Choice, Program
+from llfsm_verify.values import Value as Held
 from tests.oracle.direct import Configuration, Direct, Picks, Scalar, Step
 
 MAX_WAYS = 50

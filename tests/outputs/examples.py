@@ -450,8 +450,8 @@ schedule: [a, b]
 
 
 ELSEWHERE = {
-    "E165": "needs a running arrangement: tests/runtime/loading/test_policies.py",
-    "E489": "needs a running arrangement: tests/runtime/whiteboard/test_monitoring.py",
+    "E165": "needs a running arrangement: tests/runtime/swapping/test_policies.py",
+    "E489": "needs a running arrangement: tests/runtime/deciding/test_frames.py",
     "E406": "needs a package to be missing: tests/report/test_drawing.py",
     "E423": "needs a package to be missing: tests/kripke/export/test_structure.py",
     "E464": "needs a package to be missing: tests/cli/test_missing.py",

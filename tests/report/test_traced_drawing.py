@@ -22,7 +22,7 @@ from llfsm_verify.report.drawing.graph import Edge, Graph, Node, with_legend
 from llfsm_verify.report.drawing.mermaid import mermaid
 from llfsm_verify.report.drawing.pictures import svg
 from llfsm_verify.report.drawing.traced import Run, traced_graph
-from llfsm_verify.runtime.random_run import RandomRun, Script
+from llfsm_verify.runtime.stepping.random_run import RandomRun, Script
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import Document, arrangements
 from tests.cli.running import llfsm

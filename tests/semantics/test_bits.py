@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import llfsm_verify as lv
 from llfsm_verify.arrangement import build_arrangement
-from llfsm_verify.runtime.simulation import Simulation
+from llfsm_verify.runtime.stepping.simulation import Simulation
 from llfsm_verify.semantics.lowering import lower
 from tests.quick import examples
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 import z3
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.backends.smt.arithmetic import BitVectors, truth
 from llfsm_verify.backends.smt.relation import Relation, Terms
 from llfsm_verify.backends.smt.sizes import NumberTooLarge
@@ -17,6 +16,7 @@ from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.program.program import MachineInfo
 from llfsm_verify.semantics.probes import DEAD, Outcome, Probe
 from llfsm_verify.semantics.probing import Probed
+from llfsm_verify.values import Value
 
 EFFORT = 3_000_000
 """Z3's resource units for one question: some seconds, and the same on every computer."""

@@ -7,13 +7,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from llfsm_verify.analysis.lint.finding import Witness
 from llfsm_verify.analysis.lint.local import Situation
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
 from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.kripke.values import elements, text, value_text
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import AtState, Expression, Index, Literal, Read
 from llfsm_verify.program.program import Choice
@@ -21,6 +19,7 @@ from llfsm_verify.semantics.probes import Outcome
 from llfsm_verify.semantics.probing import Probed, probed
 from llfsm_verify.semantics.storage import element_names as all_element_names
 from llfsm_verify.semantics.walk import elements as element_names
+from llfsm_verify.values import Value, elements, text, value_text
 
 MOST_VALUES = 12
 """Variables, and inputs, that a witness shows."""

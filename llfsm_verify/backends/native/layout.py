@@ -14,12 +14,10 @@ from struct import pack
 from types import MappingProxyType
 
 from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Int, Program, Var
+from llfsm_verify.values import Value
 
 WORD_BITS = 64
 WORD_BYTES = 8
-
-Value = int | tuple[int, ...]
-"""A scalar's value, or the tuple of an array's elements."""
 
 
 _Place = tuple[int, int, int, int, int]

@@ -51,7 +51,8 @@ define internal void @emit{arity}(ptr %c{parameters}) #1 {{
 # The value of a choice in this step: the one it was first read with; else the next prescribed one; else a random one
 # (xorshift64*: S. Vigna, An experimental exploration of Marsaglia's xorshift generators, scrambled, 2016; scaled by the
 # high word of a product), or its default.
-# draw: the choices of a table (`runtime.drawing`) keep their values or get new ones; none of them is kept where %fresh.
+# draw: the choices of a table (`runtime.stepping.drawing`) keep their values or get new ones; where %fresh all get new
+# ones.
 HELPERS = f"""\
 define internal i64 @random(ptr %c, i64 %size) #1 {{
   %x0 = load i64, ptr %c

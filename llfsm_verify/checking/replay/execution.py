@@ -7,9 +7,9 @@ from itertools import product
 
 from llfsm_verify.backends.native.executor import NativeProgram, StepResult
 from llfsm_verify.checking.trace import Change, Event, Sampled, TraceStep
-from llfsm_verify.kripke.values import value_text
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program, Var
+from llfsm_verify.values import value_text
 
 SHOWN_CONTROL = ("state", "pending", "finished", "loaded")
 

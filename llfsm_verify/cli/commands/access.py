@@ -6,6 +6,7 @@ import json
 from argparse import Namespace
 
 from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.arrangement.granting import policy_digest
 from llfsm_verify.cli.drawing_format import WrongEnding, drawing_format
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.outputs import ready
@@ -14,7 +15,6 @@ from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.access import access_graph, access_json, access_text
 from llfsm_verify.report.drawing.codes import UNWRITABLE
 from llfsm_verify.report.drawing.formats import DRAWINGS
-from llfsm_verify.runtime.whiteboard.permissions import policy_digest
 
 
 def run(options: Namespace) -> int:

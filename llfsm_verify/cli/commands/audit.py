@@ -6,7 +6,7 @@ import sys
 from argparse import Namespace
 
 from llfsm_verify.diagnostics import DiagnosticError
-from llfsm_verify.runtime.audit import CHANGED, verify
+from llfsm_verify.runtime.whiteboard.audit import CHANGED, verify
 
 
 def run(options: Namespace) -> int:

@@ -10,9 +10,9 @@ from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.cli.io.decided import say_decided, when_decided
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.properties import read_properties, told
-from llfsm_verify.runtime.logs.check import DecidedOnLog, check_log
-from llfsm_verify.runtime.logs.formats import LOGS
-from llfsm_verify.runtime.recording.check import check
+from llfsm_verify.runtime.deciding.logs.check import DecidedOnLog, check_log
+from llfsm_verify.runtime.deciding.logs.formats import LOGS
+from llfsm_verify.runtime.deciding.recordings import check
 from llfsm_verify.runtime.recording.file import Recording
 from llfsm_verify.runtime.recording.origin import arrangement_of
 from llfsm_verify.runtime.recording.replay import compared

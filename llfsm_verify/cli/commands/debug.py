@@ -14,7 +14,7 @@ from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.collector import do_more_tasks
 from llfsm_verify.runtime.debugging.paths import DebugError
 from llfsm_verify.runtime.debugging.session import Driven, Session
-from llfsm_verify.runtime.drawing import DrawingError
+from llfsm_verify.runtime.stepping.drawing import DrawingError
 
 UNEXPECTED, IMPOSSIBLE = 1, 2
 PROMPT = "(debug) "

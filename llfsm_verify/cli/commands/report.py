@@ -7,6 +7,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from llfsm_verify.arrangement.formats import Given, read_arrangement
+from llfsm_verify.arrangement.granting import policy_digest
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.verdict import Options
@@ -18,7 +19,6 @@ from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.properties import read_properties, told
 from llfsm_verify.limits import Limits
 from llfsm_verify.report.assurance import Checked, assurance
-from llfsm_verify.runtime.whiteboard.permissions import policy_digest
 from llfsm_verify.verification.verify import verify
 
 UNWRITABLE = "E490"

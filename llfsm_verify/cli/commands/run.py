@@ -15,6 +15,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from llfsm_verify.arrangement.formats import Given, read_arrangement
+from llfsm_verify.arrangement.granting import policy_digest
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.goals.kinds import CHECKED
@@ -32,18 +33,18 @@ from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.report.running import port_lines, report_lines
-from llfsm_verify.runtime.audit import ENDED, AuditLog, seal_of
-from llfsm_verify.runtime.drawing import DrawingError
 from llfsm_verify.runtime.live.codes import CROWDED, UNSERVED
 from llfsm_verify.runtime.live.loop import Prescribed
 from llfsm_verify.runtime.live.preparing import script_of
 from llfsm_verify.runtime.live.serving import serve
 from llfsm_verify.runtime.live.signals import stopping
-from llfsm_verify.runtime.loading.making import Making
-from llfsm_verify.runtime.loading.succession import Succession
-from llfsm_verify.runtime.whiteboard.owner import Owner, Taken
-from llfsm_verify.runtime.whiteboard.permissions import Permissions, policy_digest
+from llfsm_verify.runtime.stepping.drawing import DrawingError
+from llfsm_verify.runtime.swapping.hot_swap import Succession
+from llfsm_verify.runtime.swapping.settings import Making
+from llfsm_verify.runtime.whiteboard.audit import ENDED, AuditLog, seal_of
+from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace
+from llfsm_verify.runtime.whiteboard.server import Owner, Taken
 from llfsm_verify.runtime.whiteboard.shared import Shared
 
 VIOLATED, UNKNOWN = 1, 4

@@ -8,7 +8,7 @@ from llfsm_verify.arrangement.model import POLICY, REPLACE
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.runtime.live.codes import ABSENT
-from llfsm_verify.runtime.whiteboard.board import PostRefused, Replaced, Whiteboard, WhiteboardError
+from llfsm_verify.runtime.whiteboard.client import PostRefused, Replaced, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.places import NoPlace
 from llfsm_verify.runtime.whiteboard.posts import WRITE
 

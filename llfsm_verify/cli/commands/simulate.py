@@ -26,9 +26,9 @@ from llfsm_verify.report.cycles import Cycles
 from llfsm_verify.report.simulation import exit_code, run_json, sentences, summary
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.report.tracewords import event_text
-from llfsm_verify.runtime.drawing import DrawingError, drawing_of
-from llfsm_verify.runtime.random_run import RandomRun, Script, input_problem
-from llfsm_verify.runtime.visited import never_visited
+from llfsm_verify.runtime.stepping.drawing import DrawingError, drawing_of
+from llfsm_verify.runtime.stepping.random_run import RandomRun, Script, input_problem
+from llfsm_verify.runtime.stepping.visited import never_visited
 from llfsm_verify.semantics.lowering import lower
 
 if TYPE_CHECKING:

@@ -10,10 +10,10 @@ from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.decided import say_results
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.kripke.values import Shown, text
 from llfsm_verify.runtime.live.codes import ABSENT
-from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
+from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.places import NoPlace, names
+from llfsm_verify.values import Shown, text
 
 
 def run(options: Namespace) -> int:
@@ -89,7 +89,7 @@ def _monitor(board: Whiteboard, options: Namespace) -> int:
     from llfsm_verify.checking.goals.kinds import CHECKED
     from llfsm_verify.cli.outside import guard_run, orders_of
     from llfsm_verify.cli.properties import read_properties, told
-    from llfsm_verify.runtime.whiteboard.monitoring import FrameMonitors
+    from llfsm_verify.runtime.deciding.frames import FrameMonitors
 
     if options.arrangement is None:
         return usage("properties speak of an arrangement: name the one that runs with --arrangement FILE")

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from llfsm_verify.report.wording import asked_text, name_cell
-from llfsm_verify.runtime.recording.check import Decided
+from llfsm_verify.runtime.deciding.recordings import Decided
 
 if TYPE_CHECKING:
-    from llfsm_verify.runtime.whiteboard.monitoring import FrameMonitors
+    from llfsm_verify.runtime.deciding.frames import FrameMonitors
 
 VIOLATED, UNDECIDED = 1, 4
 

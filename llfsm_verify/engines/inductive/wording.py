@@ -16,9 +16,9 @@ from llfsm_verify.engines.inductive.invariant import Invariant
 from llfsm_verify.engines.inductive.monitor_states import monitor_states
 from llfsm_verify.engines.inductive.observers import FairLoops, Faults, Prefixes, Rounds, Scalar, text_of
 from llfsm_verify.engines.inductive.system import System
-from llfsm_verify.kripke.values import value_text
 from llfsm_verify.program.program import Const, Get, Int, Local, Program, Var
 from llfsm_verify.program.trees import nodes
+from llfsm_verify.values import value_text
 
 CONTROL = {
     "entered": "{0} has run the on_entry of its state",

@@ -6,7 +6,6 @@ from textwrap import indent
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.ltl.translate import translate
-from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.exports.claims import never_claim
@@ -53,6 +52,7 @@ from llfsm_verify.program.program import (
 )
 from llfsm_verify.program.symbolic import FAULT
 from llfsm_verify.program.trees import fold
+from llfsm_verify.values import Value
 
 ROUND = "$round"
 """The output that holds when all fairness goals have come about once more."""

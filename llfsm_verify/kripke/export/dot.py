@@ -9,7 +9,7 @@ from llfsm_verify.kripke.export.describe import edges, initial_letters, letters
 from llfsm_verify.kripke.export.rows import RowWriter, elements, portions
 from llfsm_verify.kripke.steps import Step
 from llfsm_verify.kripke.structure import Structure
-from llfsm_verify.kripke.values import Shown, text
+from llfsm_verify.values import Shown, text
 
 READABLE = 300
 """Configurations that a drawing can still show."""

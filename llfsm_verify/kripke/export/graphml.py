@@ -9,8 +9,8 @@ from xml.sax.saxutils import escape, quoteattr
 from llfsm_verify.kripke.export.describe import edges, initial_letters, letters, steps_known, ways
 from llfsm_verify.kripke.export.rows import Element, RowWriter, elements, portions
 from llfsm_verify.kripke.structure import Structure
-from llfsm_verify.kripke.values import Shown, text
 from llfsm_verify.program.program import BOOL, Int
+from llfsm_verify.values import Shown, text
 
 HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <graphml xmlns="http://graphml.graphdrawing.org/xmlns" xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" \

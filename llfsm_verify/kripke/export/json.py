@@ -10,7 +10,7 @@ from llfsm_verify.kripke.export.describe import Edges, edges, initial_letters, l
 from llfsm_verify.kripke.export.rows import RowWriter, elements, portions
 from llfsm_verify.kripke.steps import Step
 from llfsm_verify.kripke.structure import Structure
-from llfsm_verify.kripke.values import Shown
+from llfsm_verify.values import Shown
 
 VERSION = 1
 

@@ -8,8 +8,8 @@ from functools import partial
 from itertools import groupby
 
 from llfsm_verify.kripke.structure import Structure
-from llfsm_verify.kripke.values import Shown, element_names, shown
 from llfsm_verify.program.program import Var
+from llfsm_verify.values import Shown, element_names, shown
 
 PORTION = 1 << 13
 """Configurations or edges written between two looks at the limits."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import prod
 
 from llfsm_verify.backends.native.executor import Edge
-from llfsm_verify.backends.native.layout import Layout, Value
+from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import Interpreter, evaluate
 from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.kripke.labels.planning import Decided, Planner, Split
@@ -16,6 +16,7 @@ from llfsm_verify.kripke.observing import move_of
 from llfsm_verify.program.labelling import Classes, label_program
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice, Program
+from llfsm_verify.values import Value
 
 
 @dataclass(frozen=True, slots=True)

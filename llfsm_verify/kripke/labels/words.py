@@ -9,11 +9,11 @@ from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.backends.smt.solver import GaveUp
 from llfsm_verify.kripke.labels.labels import Labels, Read
 from llfsm_verify.kripke.labels.planning import Split, filled_in
-from llfsm_verify.kripke.values import element_names, value_text
 from llfsm_verify.language.types import decimal_text
 from llfsm_verify.program.outcomes import PREFIX
 from llfsm_verify.program.program import Const, Expr, Get, Int, Ite, Local, Op
 from llfsm_verify.program.trees import fold, nodes, rebuilt
+from llfsm_verify.values import element_names, value_text
 
 MOST_INTERVALS = 4
 _SIGNS = {

@@ -7,8 +7,8 @@ from decimal import Decimal
 from typing import BinaryIO
 
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.kripke.values import Shown, text
 from llfsm_verify.report.timeline.timeline import Row, Timeline
+from llfsm_verify.values import Shown, text
 
 EXACT = 1 << 53
 """Whole numbers that are not smaller are written as ``{"#bigint": "…"}``, since readers may hold others as doubles."""

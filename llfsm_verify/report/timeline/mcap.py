@@ -7,8 +7,8 @@ from decimal import Decimal
 from typing import BinaryIO
 
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.kripke.values import Shown
 from llfsm_verify.report.timeline.timeline import Signal, Timeline
+from llfsm_verify.values import Shown
 
 
 def write_mcap(timeline: Timeline, file: BinaryIO) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.program.moves import Move
@@ -14,9 +13,10 @@ from llfsm_verify.report.timeline.timeline import Row, Signal, Timeline
 from llfsm_verify.runtime.live.frame import CYCLE, HEADER_WORDS, NUMBER, STEPS, FrameLayout
 from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.live.preparing import starting_values
+from llfsm_verify.runtime.live.slots import Slot, program_slots, slots_of
 from llfsm_verify.runtime.recording.file import Turn
-from llfsm_verify.runtime.whiteboard.slots import Slot, program_slots, slots_of
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.values import Value
 
 
 def recorded(arrangement: Arrangement, code: LiveCode, turns: Iterable[Turn]) -> Timeline:

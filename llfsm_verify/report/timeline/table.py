@@ -6,8 +6,8 @@ import csv
 import io
 from typing import BinaryIO
 
-from llfsm_verify.kripke.values import text
 from llfsm_verify.report.timeline.timeline import Timeline
+from llfsm_verify.values import text
 
 
 def write_csv(timeline: Timeline, file: BinaryIO) -> None:

@@ -8,8 +8,8 @@ from fractions import Fraction
 from itertools import islice
 from typing import NamedTuple
 
-from llfsm_verify.kripke.values import Shown
 from llfsm_verify.program.program import Int
+from llfsm_verify.values import Shown
 
 NANOSECONDS = 1_000_000
 """Of a millisecond. Rows of one cycle follow each other by one of them, so that each can be seen."""
@@ -23,7 +23,7 @@ class Signal:
 
     name: str
     kind: str
-    """As of `runtime.whiteboard.slots.Slot`."""
+    """As of `runtime.live.slots.Slot`."""
     type: Int
     labels: tuple[str, ...]
 

@@ -6,8 +6,8 @@ import io
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from llfsm_verify.kripke.values import Shown
 from llfsm_verify.report.timeline.timeline import Signal, Timeline
+from llfsm_verify.values import Shown
 
 if TYPE_CHECKING:
     from vcd import VCDWriter

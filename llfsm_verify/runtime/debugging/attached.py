@@ -6,14 +6,14 @@ import re
 from collections.abc import Callable, Iterator
 
 from llfsm_verify.diagnostics import counted
-from llfsm_verify.kripke.values import text
 from llfsm_verify.runtime.debugging.answers import Answer, Part, Table
 from llfsm_verify.runtime.debugging.commands import Given, parse
 from llfsm_verify.runtime.debugging.debugger import Went
 from llfsm_verify.runtime.debugging.paths import DebugError
 from llfsm_verify.runtime.debugging.session import MOST_SHOWN, helped
-from llfsm_verify.runtime.whiteboard.board import Whiteboard
+from llfsm_verify.runtime.whiteboard.client import Whiteboard
 from llfsm_verify.runtime.whiteboard.subscription import Subscription, Update
+from llfsm_verify.values import text
 
 MOST_FRAMES = 100_000
 """Frames that are kept to go back to; of more, the older half is forgotten."""

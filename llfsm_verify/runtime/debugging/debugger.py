@@ -10,7 +10,6 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.executor import StepResult
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import TraceStep
-from llfsm_verify.kripke.values import elements, text, value_text
 from llfsm_verify.limits import tick
 from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.program.moves import Move
@@ -22,6 +21,7 @@ from llfsm_verify.runtime.debugging.start import Start
 from llfsm_verify.runtime.debugging.watches import Watch
 from llfsm_verify.runtime.live.monitors import WORDS
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.values import elements, text, value_text
 
 MOST_ASKED = 8
 """Formulas whose values were asked for and whose programs are kept."""

@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.backends.reference import Interpreter, Outcome
 from llfsm_verify.checking.replay.confirm import Disagreement
-from llfsm_verify.kripke.values import value_text
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.parts import PART, Part, Parts
+from llfsm_verify.values import Value, value_text
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,18 +9,17 @@ from typing import Protocol
 
 from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.checking.replay.execution import Execution
-from llfsm_verify.checking.values import ValueProblem, choice_value
-from llfsm_verify.kripke.values import value_text
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice, Int, Program
 from llfsm_verify.runtime.debugging.start import Start, Stood
-from llfsm_verify.runtime.drawing import ANEW, Drawing, Draws
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.recording.file import Recording, Turn
 from llfsm_verify.runtime.recording.origin import damaged, free_of
 from llfsm_verify.runtime.recording.replay import Differs, compared, performed
 from llfsm_verify.runtime.recording.ringlets import ringlets
+from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing, Draws
+from llfsm_verify.values import ValueProblem, choice_value, value_text
 
 
 class DebugError(Exception):

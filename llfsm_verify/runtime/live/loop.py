@@ -11,12 +11,10 @@ from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.native.code import BROKEN
 from llfsm_verify.backends.native.context import STATUS, ContextLayout
 from llfsm_verify.backends.native.executor import FULL_EFFORT_LINES, NativeProgram, _nonzero_seed
-from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.monitoring.code import MachineCode, atom_places, monitor_text
 from llfsm_verify.monitoring.lookup import walk_table
 from llfsm_verify.monitoring.states import Monitor
 from llfsm_verify.program.program import Program
-from llfsm_verify.runtime.drawing import ANEW, Drawing, likes_of
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.frame import (
     COUNTED,
@@ -32,9 +30,11 @@ from llfsm_verify.runtime.live.frame import (
 from llfsm_verify.runtime.live.memory import store, words
 from llfsm_verify.runtime.live.monitors import verdicts_of
 from llfsm_verify.runtime.live.text import live_text
-from llfsm_verify.runtime.monitored import first_letter, first_states, places
-from llfsm_verify.runtime.visited import state_places, states_of, unvisited
+from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing, likes_of
+from llfsm_verify.runtime.stepping.monitored import first_letter, first_states, places
+from llfsm_verify.runtime.stepping.visited import state_places, states_of, unvisited
 from llfsm_verify.semantics.operators import OPERATOR
+from llfsm_verify.values import Value
 
 
 class Prescribed(NamedTuple):

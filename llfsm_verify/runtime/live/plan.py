@@ -9,15 +9,15 @@ from types import MappingProxyType
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import Problem, bind
-from llfsm_verify.checking.values import choice_value
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.monitoring.states import Monitor
 from llfsm_verify.program.program import Program
-from llfsm_verify.runtime.drawing import ANEW, Drawing
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.monitors import monitors_of
 from llfsm_verify.runtime.live.preparing import drawn_choices, free_values, runnable, safe_values, starting_values
-from llfsm_verify.runtime.random_run import input_problem
+from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing
+from llfsm_verify.runtime.stepping.random_run import input_problem
+from llfsm_verify.values import choice_value
 
 MOST_PERIOD = 10**14
 """Nanoseconds of the longest cycle: the clock of the machine has 63 bits."""

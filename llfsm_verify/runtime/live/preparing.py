@@ -7,14 +7,13 @@ from dataclasses import replace
 from fractions import Fraction
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.backends.native.layout import Value
-from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.program.program import Choice, Int, Program
 from llfsm_verify.runtime.live.codes import IMPOSSIBLE, UNREPEATABLE
 from llfsm_verify.runtime.live.loop import Prescribed
 from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.semantics.storage import leaf_values, leaves
+from llfsm_verify.values import Value, ValueProblem, choice_value
 
 
 def runnable(arrangement: Arrangement, *, simulated: bool, cycle_ms: Fraction | None = None) -> Arrangement:

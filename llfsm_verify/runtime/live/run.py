@@ -19,8 +19,7 @@ from llfsm_verify.runtime.live import control, forks
 from llfsm_verify.runtime.live.frame import CYCLE, DETAIL, ENDING, MOVED
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.memory import words
-from llfsm_verify.runtime.recording.file import Recorder
-from llfsm_verify.runtime.whiteboard.shared import Shared
+from llfsm_verify.runtime.live.protocols import FrameLog, Published
 
 PERCENTILES = (50.0, 99.0, 99.9)
 
@@ -80,9 +79,9 @@ class Running(ABC):
     def __init__(
         self,
         loop: Loop,
-        recorder: Recorder | None = None,
+        recorder: FrameLog | None = None,
         *,
-        shared: Shared | None = None,
+        shared: Published | None = None,
         priority: int | None = None,
     ) -> None:
         self.loop = loop
@@ -181,7 +180,7 @@ class Running(ABC):
                     self._give_up_recording(self._recorder, error)
         return reason
 
-    def _give_up_recording(self, recorder: Recorder, error: OSError) -> None:
+    def _give_up_recording(self, recorder: FrameLog, error: OSError) -> None:
         self._unrecorded = recorder.give_up(error)
         self._recorded = self.loop.number
 
@@ -254,9 +253,9 @@ class Run(Running):
     def __init__(
         self,
         loop: Loop,
-        recorder: Recorder | None = None,
+        recorder: FrameLog | None = None,
         *,
-        shared: Shared | None = None,
+        shared: Published | None = None,
         priority: int | None = None,
     ) -> None:
         super().__init__(loop, recorder, shared=shared, priority=priority)

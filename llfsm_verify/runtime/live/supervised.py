@@ -22,9 +22,8 @@ from typing import Self
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.runtime.live import control, forks
 from llfsm_verify.runtime.live.loop import Loop
+from llfsm_verify.runtime.live.protocols import FrameLog, Published
 from llfsm_verify.runtime.live.run import Running
-from llfsm_verify.runtime.recording.file import Recorder
-from llfsm_verify.runtime.whiteboard.shared import Shared
 
 LAST_TOKEN = 2000
 """Milliseconds that the first process waits for the token after the supervisor has died: then nobody has it. The second
@@ -45,8 +44,8 @@ class Supervised(Running):
     def __init__(
         self,
         loop: Loop,
-        shared: Shared,
-        recorder: Recorder | None = None,
+        shared: Published,
+        recorder: FrameLog | None = None,
         *,
         priority: int | None = None,
         together: bool = False,

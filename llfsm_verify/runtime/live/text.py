@@ -11,10 +11,9 @@ from llfsm_verify.backends.native.context import EVENTS, PROCESS, STATUS, Contex
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.backends.native.loops import fill
 from llfsm_verify.program.program import Program
-from llfsm_verify.runtime.live import control, frame
+from llfsm_verify.runtime.live import control, frame, generations
 from llfsm_verify.runtime.live.frame import COUNTED, FrameLayout
-from llfsm_verify.runtime.visited import state_places
-from llfsm_verify.runtime.whiteboard import generations
+from llfsm_verify.runtime.stepping.visited import state_places
 
 CLOCK_MONOTONIC, TIMER_ABSTIME = 1, 1
 MSG_DONTWAIT, MSG_NOSIGNAL = 0x40, 0x4000

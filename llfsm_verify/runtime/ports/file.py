@@ -12,15 +12,15 @@ from llfsm_verify.arrangement.formats.yaml.compose import compose
 from llfsm_verify.arrangement.nodes import Mapping as MappingNode
 from llfsm_verify.arrangement.nodes import Node, Scalar, mark
 from llfsm_verify.arrangement.nodes import Sequence as SequenceNode
-from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.program.program import Choice
-from llfsm_verify.runtime.duration import duration_ms
+from llfsm_verify.runtime.live.slots import Slot
 from llfsm_verify.runtime.ports.codes import SHARED, UNKNOWN
 from llfsm_verify.runtime.ports.kinds import PORTS, kind_named
 from llfsm_verify.runtime.ports.port import ON_FAILURE, Kind, OnFailure, PortSpec
-from llfsm_verify.runtime.whiteboard.slots import Slot
+from llfsm_verify.runtime.stepping.duration import duration_ms
+from llfsm_verify.values import ValueProblem, choice_value
 
 FILE_KEYS = (VERSION, "ports")
 PORT_KEYS = ("kind", "inputs", "outputs", "on_failure", "timeout", "safe")

@@ -6,10 +6,10 @@ import os
 import select
 from collections.abc import Iterator, Mapping
 
-from llfsm_verify.kripke.values import Shown
 from llfsm_verify.runtime.ports.ends import End
 from llfsm_verify.runtime.ports.lines import MOST_BYTES, LineReader, Malformed, decode, encode
 from llfsm_verify.runtime.ports.port import Link, Unopened
+from llfsm_verify.values import Shown
 
 PIECE = select.PIPE_BUF
 """Bytes of one write."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import cast
 
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.kripke.values import Shown, text
+from llfsm_verify.values import Shown, text
 
 MOST_BYTES = 1 << 16
 """Of a line, without its end."""

@@ -14,7 +14,7 @@ from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.nodes import Node
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.kripke.values import Shown
+from llfsm_verify.values import Shown
 
 OnFailure = Literal["stale", "safe", "stop"]
 ON_FAILURE: tuple[OnFailure, ...] = get_args(OnFailure)

@@ -9,15 +9,14 @@ from contextlib import suppress
 from functools import partial
 from typing import TypeVar
 
-from llfsm_verify.checking.values import choice_value
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.kripke.values import Shown, shown
 from llfsm_verify.runtime.live.frame import NUMBER
+from llfsm_verify.runtime.live.slots import Slot
 from llfsm_verify.runtime.ports.codes import UNOPENED
 from llfsm_verify.runtime.ports.link import Counts, RunLink
 from llfsm_verify.runtime.ports.port import Port, PortSpec, Unopened
 from llfsm_verify.runtime.whiteboard.posts import Posts
-from llfsm_verify.runtime.whiteboard.slots import Slot
+from llfsm_verify.values import Shown, choice_value, shown
 
 FINISHING = 1.0
 """Seconds in which the last messages must be sent."""

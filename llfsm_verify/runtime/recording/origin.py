@@ -12,6 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from llfsm_verify.arrangement.formats import Given, read_arrangement
+from llfsm_verify.arrangement.granting import policy_digest
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.replacing import Change, NewPolicy, Replacement, with_change
 from llfsm_verify.arrangement.resolve.arrangement import resolve
@@ -26,7 +27,6 @@ from llfsm_verify.runtime.live.plan import monitored
 from llfsm_verify.runtime.live.preparing import runnable, safe_values
 from llfsm_verify.runtime.recording.codes import OTHER, UNREADABLE
 from llfsm_verify.runtime.recording.file import Recording
-from llfsm_verify.runtime.whiteboard.permissions import policy_digest
 
 Load = Callable[[str], Arrangement]
 DEPTH = "d"

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from types import MappingProxyType
 
-from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.program.program import Choice
 from llfsm_verify.runtime.live.frame import (
@@ -27,6 +26,7 @@ from llfsm_verify.runtime.live.text import largest_script
 from llfsm_verify.runtime.recording.codes import OTHER
 from llfsm_verify.runtime.recording.file import Recording, Turn
 from llfsm_verify.runtime.recording.origin import free_of
+from llfsm_verify.values import Value
 
 CLOCKED = frozenset({COMMITTED, LATENESS, MOVED})
 """The words of a frame that say when it was: they are taken as they are."""

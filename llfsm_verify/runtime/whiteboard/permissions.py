@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 import pwd
 from dataclasses import dataclass
@@ -73,14 +71,3 @@ def user_name(uid: int) -> str:
         return pwd.getpwuid(uid).pw_name
     except KeyError:
         return str(uid)
-
-
-def policy_digest(arrangement: Arrangement) -> str:
-    """SHA-256 (hex) of who may do what: the keys `access` and `operators` of an arrangement, in whatever order."""
-    access = arrangement.access
-    operated = sorted([o.kind, o.target] for o in arrangement.operated)
-    levels = None if access is None else {
-        "levels": list(access.levels), "machines": dict(access.machines), "write": dict(access.write),
-        "command": dict(access.command), "users": dict(access.users), "refuses": access.refuses,
-    }  # fmt: skip
-    return hashlib.sha256(json.dumps([levels, operated], sort_keys=True).encode()).hexdigest()

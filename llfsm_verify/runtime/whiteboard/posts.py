@@ -12,17 +12,17 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.program.program import Choice, Program
 from llfsm_verify.runtime.live import control
+from llfsm_verify.runtime.live.generations import segment_words
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.memory import store, words
-from llfsm_verify.runtime.whiteboard.generations import segment_words
+from llfsm_verify.runtime.live.slots import inputs_of
 from llfsm_verify.runtime.whiteboard.segment import Segment, code
-from llfsm_verify.runtime.whiteboard.slots import inputs_of
 from llfsm_verify.runtime.whiteboard.writers import LENT, Refused, Writers
 from llfsm_verify.semantics.operators import OPERATOR
+from llfsm_verify.values import ValueProblem, number_of
 
 COMMAND_WORDS = 4
 SOURCE_WORDS = 5
@@ -249,6 +249,6 @@ def _number(name: str, choice: Choice, value: Json) -> int:
     if not isinstance(value, bool | int | float | str):
         raise Refused(f"{name}: a value is a word, a number, true or false")
     try:
-        return choice_value(choice, str(value).lower() if isinstance(value, bool) else str(value))
+        return number_of(choice, value)
     except ValueProblem as problem:
         raise Refused(f"{name}: {problem}") from None

@@ -17,8 +17,8 @@ from collections.abc import Callable, Sequence
 from functools import cache
 
 from llfsm_verify.monitoring.code import MachineCode
-from llfsm_verify.runtime.whiteboard import generations
-from llfsm_verify.runtime.whiteboard.generations import (
+from llfsm_verify.runtime.live import generations
+from llfsm_verify.runtime.live.generations import (
     EPOCH,
     FORMAT_VERSION,
     MAGIC,

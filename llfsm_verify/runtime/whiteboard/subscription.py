@@ -12,11 +12,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Generic, Self, TypeVar
 
-from llfsm_verify.kripke.values import Shown
 from llfsm_verify.runtime.live.frame import NUMBER
-from llfsm_verify.runtime.whiteboard.generations import GENERATIONS
+from llfsm_verify.runtime.live.generations import GENERATIONS
+from llfsm_verify.runtime.live.slots import Slot
 from llfsm_verify.runtime.whiteboard.segment import Attached
-from llfsm_verify.runtime.whiteboard.slots import Slot
+from llfsm_verify.values import Shown
 
 T = TypeVar("T")
 BEHIND = 2

@@ -11,7 +11,6 @@ from typing import Generic, Protocol, TypeVar
 
 from llfsm_verify.backends.native.code import OVERFLOW
 from llfsm_verify.backends.native.executor import NativeProgram, StepResult
-from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.backends.reference import Event, Interpreter
 from llfsm_verify.backends.reference import Outcome as Interpreted
 from llfsm_verify.program.program import Choice, Program
@@ -27,6 +26,7 @@ from llfsm_verify.testing.conformance.known import (
     Known,
 )
 from llfsm_verify.testing.conformance.outcome import PATIENCE, Case, Outcome, Wrong, demand_hypothesis, outcomes_of
+from llfsm_verify.values import Value
 
 S = TypeVar("S")
 T = TypeVar("T")

@@ -13,7 +13,6 @@ from functools import cache
 from itertools import product
 
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
-from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.backends.reference import Interpreter, evaluate
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.kripke.observing import observed_outputs
@@ -27,6 +26,7 @@ from llfsm_verify.logic.word import CONNECTIVES
 from llfsm_verify.logic.word import truth as state_truth
 from llfsm_verify.program.program import Int, Program, Var
 from llfsm_verify.testing.conformance.judging import Answers
+from llfsm_verify.values import Value
 
 Letter = frozenset[str]
 Node = tuple[tuple[Value, ...], tuple[Value, ...]]

@@ -18,7 +18,7 @@ from llfsm_verify.testing.pytest_plugin.texts import MARKER, SAVE, SUFFIX, UPDAT
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
-    from llfsm_verify.runtime.simulation import Simulation
+    from llfsm_verify.runtime.stepping.simulation import Simulation
     from llfsm_verify.testing.pytest_plugin.checks import Check
     from llfsm_verify.testing.wrapped import Wrapper
 

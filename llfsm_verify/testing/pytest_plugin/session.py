@@ -15,7 +15,7 @@ from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.plain import PIPE_WIDTH
-from llfsm_verify.runtime.simulation import Simulation
+from llfsm_verify.runtime.stepping.simulation import Simulation
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.verification.verify import verify
 

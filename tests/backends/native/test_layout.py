@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from llfsm_verify.backends.native.layout import Layout, TooManyInitial, Value
+from llfsm_verify.backends.native.layout import Layout, TooManyInitial
 from llfsm_verify.program.program import BOOL, INT64_MAX, INT64_MIN, UNBOUNDED, Int, Type
+from llfsm_verify.values import Value
 from tests.backends.tiny import tiny, variable
 
 

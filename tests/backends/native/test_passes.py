@@ -10,7 +10,7 @@ import pytest
 COMPILE = """
 import gc
 from llfsm_verify.monitoring.code import MachineCode
-from llfsm_verify.runtime.whiteboard.generations import TEXT
+from llfsm_verify.runtime.live.generations import TEXT
 
 def pages():
     gc.collect()

@@ -10,7 +10,6 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.loader import build_arrangement
-from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.backends.smt.arithmetic import Arithmetic, BitVectors, Integers
 from llfsm_verify.backends.smt.relation import Relation, Terms, is_bounded
@@ -24,6 +23,7 @@ from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.programs import programs
 from llfsm_verify.testing.properties import atoms
+from llfsm_verify.values import Value
 from tests.backends.tiny import constant, tiny, variable
 from tests.quick import AtLeast, examples, many, spread
 

@@ -11,7 +11,7 @@ from llfsm_verify.runtime.debugging.commands import BY_NAME, COMMANDS
 from llfsm_verify.runtime.debugging.debugger import Debugger
 from llfsm_verify.runtime.debugging.paths import DebugError, Free
 from llfsm_verify.runtime.debugging.session import Session
-from llfsm_verify.runtime.simulation import Simulation
+from llfsm_verify.runtime.stepping.simulation import Simulation
 from llfsm_verify.semantics.lowering import lower
 
 LIGHTS = "models/traffic_lights/arrangement.yaml"

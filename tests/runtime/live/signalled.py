@@ -19,7 +19,7 @@ from typing import Literal, cast
 
 import llfsm_verify as lv
 from llfsm_verify import cli
-from llfsm_verify.runtime.loading.checking import PR_SET_PDEATHSIG
+from llfsm_verify.runtime.swapping.check_process import PR_SET_PDEATHSIG
 
 
 def run(kind: str, arrangement: str, name: str, ports: str) -> int:

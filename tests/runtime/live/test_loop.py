@@ -23,7 +23,7 @@ from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.monitoring.code import MachineCode
 from llfsm_verify.monitoring.properties import monitor_properties
-from llfsm_verify.runtime.live import control
+from llfsm_verify.runtime.live import control, generations
 from llfsm_verify.runtime.live.frame import (
     COUNTED,
     CYCLE,
@@ -39,10 +39,9 @@ from llfsm_verify.runtime.live.frame import (
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.preparing import drawn_choices, runnable, script_of, starting_values
 from llfsm_verify.runtime.live.run import Run, percentiles
-from llfsm_verify.runtime.monitored import MonitoredSimulation
 from llfsm_verify.runtime.recording.file import Prescription, Recorder, Turn
 from llfsm_verify.runtime.recording.replay import CLOCKED, Differs, replay
-from llfsm_verify.runtime.whiteboard import generations
+from llfsm_verify.runtime.stepping.monitored import MonitoredSimulation
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import Document, arrangements
 from tests.quick import AtLeast, examples, many, spread

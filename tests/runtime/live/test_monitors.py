@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.runtime.deciding.recordings import check
 from llfsm_verify.runtime.live.plan import plan
 from llfsm_verify.runtime.live.run import Run
-from llfsm_verify.runtime.recording.check import check
 from llfsm_verify.runtime.recording.file import Recorder, Recording
 from llfsm_verify.runtime.recording.origin import header_of
 from llfsm_verify.testing.arrangements import Document, arrangements

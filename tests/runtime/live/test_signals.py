@@ -18,7 +18,7 @@ from typing import Literal
 
 import pytest
 
-from llfsm_verify.runtime.whiteboard.board import Whiteboard, WhiteboardError
+from llfsm_verify.runtime.whiteboard.client import Whiteboard, WhiteboardError
 
 PROJECT = Path(__file__).parents[3]
 ARRANGEMENT = """\

@@ -22,6 +22,7 @@ from llfsm_verify.runtime.live import forks
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.preparing import drawn_choices, safe_values, starting_values
+from llfsm_verify.runtime.live.slots import slots_of
 from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.recording import file
 from llfsm_verify.runtime.recording.file import Recorder
@@ -29,7 +30,6 @@ from llfsm_verify.runtime.recording.replay import replay
 from llfsm_verify.runtime.whiteboard import segment
 from llfsm_verify.runtime.whiteboard.segment import Attached
 from llfsm_verify.runtime.whiteboard.shared import Shared
-from llfsm_verify.runtime.whiteboard.slots import slots_of
 from llfsm_verify.semantics.lowering import lower
 from tests.quick import FRESH, many
 from tests.runtime.live.runs import turns_of

@@ -11,16 +11,16 @@ from functools import cache
 from pathlib import Path
 
 from llfsm_verify.arrangement.loader import build_arrangement
-from llfsm_verify.kripke.values import Shown
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.preparing import starting_values
+from llfsm_verify.runtime.live.slots import inputs_of, slots_of
 from llfsm_verify.runtime.ports.file import read_ports
 from llfsm_verify.runtime.ports.port import PortSpec
 from llfsm_verify.runtime.ports.ports import Ports
 from llfsm_verify.runtime.whiteboard.shared import Shared
-from llfsm_verify.runtime.whiteboard.slots import inputs_of, slots_of
+from llfsm_verify.values import Shown
 from tests.runtime.live.runs import code_of
-from tests.runtime.whiteboard.test_board import KINDS
+from tests.runtime.whiteboard.test_server import KINDS
 
 
 @cache

@@ -12,11 +12,11 @@ import pytest
 
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.kripke.values import Shown
 from llfsm_verify.runtime.live.frame import NUMBER
 from llfsm_verify.runtime.live.run import Run
 from llfsm_verify.runtime.ports.callback import Function, callback
 from llfsm_verify.runtime.ports.port import PortSpec
+from llfsm_verify.values import Shown
 from tests.runtime.ports.bench import bench, declared
 
 

@@ -15,9 +15,9 @@ import pytest
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.preparing import starting_values
-from llfsm_verify.runtime.whiteboard.board import Whiteboard, WhiteboardError
-from llfsm_verify.runtime.whiteboard.owner import Owner
+from llfsm_verify.runtime.whiteboard.client import Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
+from llfsm_verify.runtime.whiteboard.server import Owner
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from tests.runtime.ports.bench import Bench, bench, declared, kinds
 

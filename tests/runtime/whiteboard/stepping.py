@@ -11,8 +11,8 @@ from typing import Self
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.preparing import drawn_choices, starting_values
+from llfsm_verify.runtime.live.slots import slots_of
 from llfsm_verify.runtime.whiteboard.shared import Shared
-from llfsm_verify.runtime.whiteboard.slots import slots_of
 from llfsm_verify.runtime.whiteboard.writers import Refused
 
 LONGEST = 1000

@@ -8,9 +8,9 @@ from dataclasses import replace
 import pytest
 
 from llfsm_verify.backends.native.code import OVERFLOW
-from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.program.program import Program
 from llfsm_verify.testing.conformance import Native, Reference, Step, check_executor, executor_cases
+from llfsm_verify.values import Value
 from tests.quick import examples
 
 

@@ -1,0 +1,97 @@
+"""Letters from the values of slots: what is true of states, variables and inputs at one moment."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+
+from llfsm_verify.backends.reference import evaluate
+from llfsm_verify.checking.problem import Problem
+from llfsm_verify.checking.replay.confirm import Letter
+from llfsm_verify.diagnostics import Span
+from llfsm_verify.logic.bounds import TICK
+from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Atom, Choice, Const, Expr, Get, Int, Local, Program
+from llfsm_verify.program.trees import nodes
+from llfsm_verify.values import Value, element_names
+
+INPUT = "input:"
+
+
+class SlotLetters:
+    """Makes the letters of a problem from the numbers of its slots."""
+
+    def __init__(self, problem: Problem, program: Program) -> None:
+        self._scalars = _scalars(program)
+        self.slots: dict[str, Choice] = {name: choice for name, (_, _, choice) in self._scalars.items()}
+        """What can be known: inputs, variables and their elements, and the states of machines."""
+        for choice in program.choices:
+            if choice.input:
+                self.slots.setdefault(choice.input, choice)
+        self._atoms = [atom for atom in program.atoms if atom.name != TICK]
+        self.timed = any(atom.name == TICK for atom in program.atoms)
+        """Whether letters say when time passes."""
+        self._lengths = {var.name: var.length for var in program.vars}
+        names = {(variable, at): name for name, (variable, at, _) in self._scalars.items()}
+        self.needed = {atom.name: tuple(dict.fromkeys(_needed(atom, names, self._lengths))) for atom in self._atoms}
+        """The slots that each atom reads; what is no slot has the name that the step program gives it."""
+        self._lines = (*problem.properties, *problem.assumptions)
+
+    def place(self, atom: str) -> Span | None:
+        """Where the properties have an atom."""
+        found = next((line.atoms[atom] for line in self._lines if atom in line.atoms), None)
+        return None if found is None else found.span(0, len(found.text))
+
+    def letter(self, numbers: Mapping[str, int], *, ticks: bool) -> Letter:
+        """The letter where the slots have these numbers; `ticks`: time passes after it."""
+        variables: dict[str, Value] = {}
+        arrays: dict[str, list[int]] = {}
+        inputs: dict[str, int] = {}
+        for name, number in numbers.items():
+            if name not in self._scalars:
+                inputs[INPUT + name] = number
+                continue
+            variable, at, _ = self._scalars[name]
+            if at is None:
+                variables[variable] = number
+            else:
+                arrays.setdefault(variable, [0] * (self._lengths[variable] or 0))[at] = number
+        for variable, values in arrays.items():
+            variables[variable] = tuple(values)
+        true = {atom.name for atom in self._atoms if evaluate(atom.expression, variables, inputs)}
+        return frozenset(true | {TICK}) if ticks and self.timed else frozenset(true)
+
+
+def _scalars(program: Program) -> dict[str, tuple[str, int | None, Choice]]:
+    """The variable, the element and the values of each slot that is stored."""
+    found: dict[str, tuple[str, int | None, Choice]] = {}
+    states = {slot.state: program.machines[slot.machine] for slot in program.slots}
+    for var in program.vars:
+        names, labels = element_names(var), var.origin.labels
+        if var.name in states:
+            names, labels = (states[var.name].name,), states[var.name].states
+        elif var.output or var.origin.kind in ("control", "output"):
+            continue
+        kind = var.type if isinstance(var.type, Int) else Int(INT64_MIN, INT64_MAX)
+        for number, name in enumerate(names):
+            at = None if var.length is None else number
+            found[name] = (var.name, at, Choice(name, kind, "input", name, labels))
+    return found
+
+
+def _needed(
+    atom: Atom, slots: Mapping[tuple[str, int | None], str], lengths: Mapping[str, int | None]
+) -> Iterator[str]:
+    for node in nodes(atom.expression):
+        if isinstance(node, Local) and node.name.startswith(INPUT):
+            yield node.name[len(INPUT) :]
+        elif isinstance(node, Local):
+            yield node.name
+        elif isinstance(node, Get):
+            for at in _positions(node.index, lengths.get(node.var)):
+                yield slots.get((node.var, at), node.var)
+
+
+def _positions(index: Expr | None, length: int | None) -> Collection[int | None]:
+    """The element of an array; all of them where only the run tells which."""
+    if index is None:
+        return (None,)
+    return (index.value,) if isinstance(index, Const) else tuple(range(length or 0))

@@ -1,0 +1,57 @@
+"""The formats of logs, by the endings of their files. Each is read row by row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
+
+from llfsm_verify.registry import Entry, Registry
+
+Cells = Mapping[str, str]
+"""The texts of one row by column; a cell that has nothing is not in it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One row of a log."""
+
+    place: str
+    """Where it stands, for people."""
+    cells: Cells
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What is to be read of a log."""
+
+    columns: Collection[str]
+    topic: str | None
+    """The topic whose messages are the rows, where a format has topics."""
+
+
+class Unreadable(Exception):
+    """The log cannot be read, or not on from here; the message says why."""
+
+
+class NoColumn(Exception):
+    """A column, or the topic, is not in the log."""
+
+    def __init__(self, name: str, known: Collection[str]) -> None:
+        super().__init__(name)
+        self.name, self.known = name, tuple(known)
+
+
+LOGS: Registry[Callable[[str, Wanted], Iterator[Row]]] = Registry(
+    "format of logs",
+    [
+        Entry("csv", "llfsm_verify.runtime.deciding.logs.csv:read_csv", "a header, and a line for each row", (".csv",)),
+        Entry("mcap", "llfsm_verify.runtime.deciding.logs.mcap:read_mcap", "messages in JSON, of a topic", (".mcap",)),
+        Entry(
+            "parquet",
+            "llfsm_verify.runtime.deciding.logs.parquet:read_parquet",
+            "tables of Apache Arrow",
+            (".parquet",),
+        ),
+    ],
+)
+"""A reader yields the rows in their order. It raises NoColumn, Unreadable, OSError."""

@@ -1,0 +1,184 @@
+"""Mappings of logs: which column gives which slot, and what its cells mean."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from llfsm_verify.arrangement.fields import VERSION, Report
+from llfsm_verify.arrangement.files import read_source
+from llfsm_verify.arrangement.formats.yaml.compose import compose
+from llfsm_verify.arrangement.nodes import Mapping as MappingNode
+from llfsm_verify.arrangement.nodes import Node, Scalar, mark
+from llfsm_verify.diagnostics import DiagnosticError, Span
+from llfsm_verify.language.scope import did_you_mean
+from llfsm_verify.language.types import decimal_text
+from llfsm_verify.program.program import Choice
+from llfsm_verify.runtime.deciding.logs.codes import UNKNOWN
+from llfsm_verify.values import ValueProblem, choice_value
+
+KEYS = (VERSION, "columns", "time", "topic", "ended")
+COLUMN_KEYS = ("column", "values", "scale", "offset", "round")
+_NUMBER = re.compile(r"[+-]?[0-9]{1,400}(?:\.[0-9]{1,1100})?(?:[eE][+-]?[0-9]{1,3})?\Z", re.ASCII)
+"""As programs write numbers, the smallest ones too."""
+_TRUTHS = {"true": 1, "True": 1, "TRUE": 1, "1": 1, "false": 0, "False": 0, "FALSE": 0, "0": 0}
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """The column of one slot."""
+
+    name: str
+    choice: Choice
+    """The values of the slot."""
+    place: Span
+    values: Mapping[str, int] = field(default_factory=dict)
+    """The number of the value that each text means; empty: cells are written as values are."""
+    scale: Fraction = Fraction(1)
+    offset: Fraction = Fraction(0)
+    nearest: bool = False
+
+    def reader(self) -> Callable[[str], int]:
+        """A function from a cell to the number of its value. It raises ValueProblem."""
+        if self.values:
+            return self._named
+        if self.choice.labels:
+            return lambda text: choice_value(self.choice, text)
+        return self._truth if self.choice.type.boolean else self._number
+
+    def _named(self, text: str) -> int:
+        if text not in self.values:
+            raise ValueProblem(f"`{text[:60]}` is not one of {', '.join(self.values)}")
+        return self.values[text]
+
+    def _truth(self, text: str) -> int:
+        if text not in _TRUTHS:
+            raise ValueProblem(f"`{text[:60]}` is neither true nor false")
+        return _TRUTHS[text]
+
+    def _number(self, text: str) -> int:
+        kind = self.choice.type
+        low, high = (decimal_text(bound, kind.digits) for bound in (kind.low, kind.high))
+        if not _NUMBER.match(text):
+            raise ValueProblem(f"`{text[:60]}` is not a number from {low} to {high}")
+        steps = (Fraction(text) * self.scale + self.offset) * 10**kind.digits
+        number = round(steps) if self.nearest else int(steps)
+        if steps != number and not self.nearest:
+            what = f"multiple of {decimal_text(1, kind.digits)}" if kind.digits else "whole number"
+            raise ValueProblem(f"`{text[:60]}` is not a {what}; `round: nearest` in the mapping takes the nearest one")
+        if not kind.low <= number <= kind.high:
+            raise ValueProblem(f"`{text[:60]}` is outside {low}..{high}")
+        return number
+
+
+@dataclass(frozen=True, slots=True)
+class LogMapping:
+    """What a mapping says."""
+
+    columns: Mapping[str, Column]
+    """By slot."""
+    time: str | None
+    topic: str | None
+    ended: bool
+    """Whether the last row repeats forever."""
+    places: Mapping[str, Span]
+    """Where each column, and the topic, is named."""
+
+
+def read_mapping(path: str, slots: Mapping[str, Choice]) -> LogMapping:
+    """The mapping in a file, for an arrangement with these slots.
+
+    DiagnosticError: what any YAML file can have (E001 to E018, E030 to E036), a slot or value that there is not (E496).
+    """
+    source, _ = read_source(path)
+    reader = _Reader(slots)
+    found = reader.file(compose(source, reader.report.diagnostics))
+    if reader.report.diagnostics or found is None:
+        raise DiagnosticError(sorted(reader.report.diagnostics, key=lambda d: d.span.start if d.span else 0)[:50])
+    return found
+
+
+class _Reader:
+    def __init__(self, slots: Mapping[str, Choice]) -> None:
+        self.report = Report()
+        self._slots = slots
+        self._places: dict[str, Span] = {}
+
+    def file(self, root: Node) -> LogMapping | None:
+        report = self.report
+        if not report.can_read(root, "the mapping"):
+            return None
+        fields = report.fields(root, "a mapping", KEYS, ("columns",))
+        mapping = None if fields is None else report.mapping(fields["columns"], "`columns`")
+        if fields is None or mapping is None:
+            return None
+        if not mapping.items:
+            report.error("E034", "there are no columns", mark(mapping), "write `SLOT: COLUMN`")
+        columns: dict[str, Column] = {}
+        for key, node in mapping.items:
+            column = self._column(key, node)
+            if column is not None:
+                columns[key.text] = column
+        named = {key: self._name(fields[key], f"`{key}`") for key in ("time", "topic") if key in fields}
+        ended = report.choice(fields.get("ended"), "`ended`", ("true", "false"), "false")
+        return LogMapping(columns, named.get("time"), named.get("topic"), ended == "true", self._places)
+
+    def _name(self, node: Node, what: str) -> str | None:
+        scalar = self.report.scalar(node, what)
+        if scalar is None:
+            return None
+        self._places.setdefault(scalar.text, mark(scalar))
+        return scalar.text
+
+    def _column(self, key: Scalar, node: Node) -> Column | None:
+        report, what = self.report, f"the column of `{key.text[:60]}`"
+        choice = self._slots.get(key.text)
+        if choice is None:
+            hint = did_you_mean(key.text, self._slots) or "name an input, a variable, or a machine, for its state"
+            report.error(UNKNOWN, f"there is no slot `{key.text[:60]}`", mark(key), hint)
+        if not isinstance(node, MappingNode):
+            name = self._name(node, what)
+            return None if name is None or choice is None else Column(name, choice, mark(node))
+        found = report.fields(node, what, COLUMN_KEYS, ("column",))
+        name = None if found is None else self._name(found["column"], what)
+        if found is None or name is None or choice is None:
+            return None
+        values = self._values(found["values"], choice, key.text) if "values" in found else {}
+        numbers = [k for k in ("scale", "offset", "round") if k in found]
+        if numbers and (values or choice.labels or choice.type.boolean):
+            reason = "the mapping names its values" if values else f"`{key.text[:60]}` is not a number"
+            report.error(
+                UNKNOWN, f"`{numbers[0]}` is for numbers, and {reason}", mark(found[numbers[0]]), "leave it out"
+            )
+        scale = self._number(found.get("scale"), "scale", Fraction(1))
+        offset = self._number(found.get("offset"), "offset", Fraction(0))
+        nearest = report.choice(found.get("round"), "`round`", ("never", "nearest"), "never") == "nearest"
+        return Column(name, choice, mark(found["column"]), values, scale, offset, nearest)
+
+    def _values(self, node: Node, choice: Choice, slot: str) -> dict[str, int]:
+        mapping = self.report.mapping(node, "`values`")
+        found: dict[str, int] = {}
+        if mapping is not None and not mapping.items:
+            self.report.error("E034", "`values` has no value", mark(node), "write `TEXT: VALUE`, or leave it out")
+        for key, value in () if mapping is None else mapping.items:
+            scalar = self.report.scalar(value, f"the value of `{key.text[:60]}`")
+            if scalar is None:
+                continue
+            try:
+                found[key.text] = choice_value(choice, scalar.text)
+            except ValueProblem as problem:
+                self.report.error(UNKNOWN, f"{slot}: {problem}", mark(scalar), "write a value of its type")
+        return found
+
+    def _number(self, node: Node | None, key: str, default: Fraction) -> Fraction:
+        scalar = None if node is None else self.report.scalar(node, f"`{key}`")
+        if scalar is None:
+            return default
+        if not _NUMBER.match(scalar.text):
+            self.report.error(
+                UNKNOWN, f"`{key}` cannot be `{scalar.text[:40]}`", mark(scalar), "write a number such as 0.1"
+            )
+            return default
+        return Fraction(scalar.text)

@@ -1,0 +1,1 @@
+"""Guards outside: processes that watch a whiteboard."""

@@ -1,0 +1,1 @@
+"""Runs that one steps through: random ones, with inputs that are held, with monitors."""

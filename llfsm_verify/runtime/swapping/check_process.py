@@ -1,0 +1,132 @@
+"""The check of a machine before it is loaded, in a process of its own: the loop and its supervisor go on meanwhile.
+
+The process is forked from the supervisor, so it knows all that the run knows. It answers in a file in memory, and is
+ended when it takes more time than it has.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import signal
+import time
+import traceback
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+
+from llfsm_verify.limits import Limits
+from llfsm_verify.runtime.live import signals
+from llfsm_verify.runtime.live.forks import close_but, fork
+from llfsm_verify.runtime.swapping.update_points import UNKNOWN, Accepted
+
+GRACE = 2
+"""Seconds after its limit in which the process may say so itself."""
+NICENESS = 10
+PR_SET_PDEATHSIG = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What came of a check: `accepted`, or why the machine is refused; in both cases what else is to be said."""
+
+    accepted: Accepted | None
+    reason: str
+    notes: tuple[str, ...]
+
+
+class Check:
+    """A check that is under way. `work` is done in another process. Where this one has other threads when it is made,
+    one of them may hold a lock that the check wants: it is then ended when its time is over. OSError: there is no
+    descriptor or process left for it.
+    """
+
+    def __init__(self, work: Callable[[], Finding], limits: Limits) -> None:
+        self._file = os.memfd_create("llfsm-check", os.MFD_CLOEXEC)
+        self._until = None if limits.timeout is None else time.monotonic() + limits.timeout + GRACE
+        self._limits = limits
+        self._answer: Finding | None = None
+        supervisor = os.getpid()
+        try:
+            self._pid = fork()
+        except OSError:
+            os.close(self._file)
+            raise
+        if not self._pid:
+            try:
+                _settle(supervisor)
+                close_but({0, 1, 2, self._file})
+                _write(self._file, work())
+            except BaseException:  # noqa: BLE001 - what is not answered is refused
+                with suppress(OSError):
+                    os.write(2, traceback.format_exc().encode())
+            finally:
+                os._exit(0)
+
+    @property
+    def ready(self) -> bool:
+        """Whether there is an answer."""
+        if self._answer is None:
+            pid, status = os.waitpid(self._pid, os.WNOHANG)
+            if pid:
+                self._answer = _read(self._file, status)
+                os.close(self._file)
+            elif self._until is not None and time.monotonic() > self._until:
+                self.close()
+                limit = f"the time limit of {self._limits.timeout:g} s was reached"
+                self._answer = Finding(None, f"{UNKNOWN}: {limit}", ())
+        return self._answer is not None
+
+    @property
+    def answer(self) -> Finding:
+        """After it is `ready`."""
+        assert self._answer is not None
+        return self._answer
+
+    def close(self) -> None:
+        """End it, if it is still under way."""
+        if self._answer is None:
+            os.kill(self._pid, signal.SIGKILL)
+            os.waitpid(self._pid, 0)
+            os.close(self._file)
+            self._answer = Finding(None, "the check was ended", ())
+
+
+def _settle(supervisor: int) -> None:
+    """This process takes what others leave, ends with the supervisor, and leaves signals to it."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != supervisor:
+        os._exit(1)
+    signals.ignore()
+    os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
+    os.nice(NICENESS)
+
+
+def _write(file: int, answer: Finding) -> None:
+    """One line of JSON, and the places one after the other."""
+    places = sorted(answer.accepted.places) if answer.accepted is not None else []
+    head = {
+        "accepted": answer.accepted is not None,
+        "reason": answer.reason,
+        "notes": answer.notes,
+        "width": len(places[0]) if places else 0,
+    }
+    with os.fdopen(os.dup(file), "wb") as out:
+        out.write(json.dumps(head).encode() + b"\n" + b"".join(places))
+
+
+def _read(file: int, status: int) -> Finding:
+    with os.fdopen(os.dup(file), "rb") as told:
+        told.seek(0)
+        line, data = told.readline(), told.read()
+    if not line.endswith(b"\n"):
+        how = f"signal {os.WTERMSIG(status)} ended its process" if os.WIFSIGNALED(status) else "its process failed"
+        return Finding(None, f"{UNKNOWN}: {how}", ())
+    head = json.loads(line)
+    accepted = None
+    if head["accepted"]:
+        width = head["width"]
+        places = frozenset(data[at : at + width] for at in range(0, len(data), width))
+        accepted = Accepted(places, tuple(head["notes"]))
+    return Finding(accepted, head["reason"], tuple(head["notes"]))

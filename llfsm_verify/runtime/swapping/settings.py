@@ -1,0 +1,116 @@
+"""How what runs is made of an arrangement: for the first run, and in the same way for those that go on with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+from types import MappingProxyType
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.replacing import Change, Replacement
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.jsonvalue import Json
+from llfsm_verify.limits import Limits
+from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.program.program import Int
+from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
+from llfsm_verify.runtime.live.plan import NONE, Plan, plan
+from llfsm_verify.runtime.recording.file import Recorder
+from llfsm_verify.runtime.recording.origin import header_of
+from llfsm_verify.runtime.stepping.drawing import ANEW, drawing_of
+from llfsm_verify.runtime.swapping.limits import DEFAULT
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """A machine or a policy that was loaded into a run."""
+
+    change: Change
+    unchecked: bool
+    """Nobody has looked whether the properties still hold."""
+
+    @property
+    def machine(self) -> str | None:
+        """The instance that is replaced; None: a policy was loaded."""
+        return self.change.machine if isinstance(self.change, Replacement) else None
+
+
+@dataclass(frozen=True, slots=True)
+class Making:
+    """The choices of whoever starts a run."""
+
+    simulated: bool = False
+    cycle_ms: Fraction | None = None
+    held: Mapping[str, str] = field(default_factory=dict)
+    """Inputs that keep a value, as users write it."""
+    properties: PropertySet = NONE
+    """What is monitored."""
+    property_texts: Sequence[Source] = ()
+    syntax: str = "llfsm"
+    rate: Fraction = Fraction(1)
+    seed: int | None = None
+    """Inputs that nothing gives are drawn."""
+    hold: str | None = "none"
+    """For how long they keep their values, as users write it; None: by default."""
+    draw: Mapping[str, str] = field(default_factory=dict)
+    """How likely their values are."""
+    jitter: Fraction | None = None
+    strict: bool = False
+    heeds: bool = False
+    fed: frozenset[str] = frozenset()
+    """Inputs that come from ports."""
+    record: str | Path | None = None
+    sources: tuple[Source, ...] = ()
+    """The texts of the first arrangement."""
+    digest: str = ""
+    """Of these."""
+    limits: Limits = DEFAULT
+    """Of the check before something is loaded."""
+
+    def plan(self, given: Arrangement) -> Plan:
+        """How it runs. Errors as for `plan`."""
+        return plan(given, simulated=self.simulated, cycle_ms=self.cycle_ms, held=self.held, properties=self.properties)
+
+    def first(
+        self, how: Plan, code: LiveCode, *, rounds: int, free: Mapping[str, int] = MappingProxyType({}),
+        script: Sequence[Prescribed] = (),
+    ) -> Loop:  # fmt: skip
+        """The loop of the first run. ValueError: see `Plan.period`, and `drawing_of`."""
+        law = ANEW if self.seed is None else drawing_of(how.program, self.hold, self.draw, self.held)
+        return how.loop(
+            code, period=how.period(self.rate), rounds=rounds, seed=self.seed, law=law, jitter=self.jitter,
+            strict=self.strict, heeds=self.heeds, free=free, fed=self.fed, script=script,
+        )  # fmt: skip
+
+    def loop(self, arrangement: Arrangement) -> tuple[Arrangement, Loop]:
+        """The arrangement as it runs, and a loop at its beginning. DiagnosticError, ValueError: it cannot run so."""
+        how = self.plan(arrangement)
+        return how.arrangement, self.first(how, how.code(), rounds=-1)
+
+    def recorder(self, arrangement: Arrangement, loop: Loop, loaded: Sequence[Loaded]) -> Recorder | None:
+        """A recording of it, if there is one. The first has the name that was given, those that go on with it numbers.
+
+        DiagnosticError: it cannot be written.
+        """
+        if self.record is None:
+            return None
+        path = Path(self.record)
+        free = {v.name: _value(loop, v.name) for v in loop.code.program.vars if v.free and isinstance(v.type, Int)}
+        header = self.header(arrangement, loaded, free, simulated=self.simulated)
+        return Recorder(path if not loaded else path.with_name(f"{path.name}.{len(loaded) + 1}"), header, loop)
+
+    def header(
+        self, arrangement: Arrangement, loaded: Sequence[Loaded], free: Mapping[str, int], *, simulated: bool
+    ) -> dict[str, Json]:
+        """What a recording says of a run of it."""
+        return header_of(
+            self.sources, arrangement, simulated=simulated, seed=self.seed, free=free,
+            properties=self.property_texts, syntax=self.syntax, digest=self.digest,
+            loaded=[[*one.change, one.unchecked] for one in loaded],
+        )  # fmt: skip
+
+
+def _value(loop: Loop, name: str) -> int:
+    return loop.code.layout.get(loop.record, name)

@@ -1,0 +1,26 @@
+"""Where a run stands at the end of a cycle, and whether something may be loaded there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from struct import pack
+
+from llfsm_verify.runtime.swapping.state_transfer import Laid
+
+UNKNOWN = "it is unknown whether it may be loaded"
+
+
+@dataclass(frozen=True, slots=True)
+class Accepted:
+    """Nothing wrong is reachable where it is loaded at the end of a cycle in one of `places`."""
+
+    places: frozenset[bytes]
+    """What `place_of` gives."""
+    notes: tuple[str, ...]
+    """What else is to be said, in sentences without their full stops."""
+
+
+def place_of(code: Laid, record: bytes, states: Iterable[int]) -> bytes:
+    """A configuration of a run and the states of its monitors."""
+    return record[: code.layout.configuration_bytes] + b"".join(pack("<q", state) for state in states)

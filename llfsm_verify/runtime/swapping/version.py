@@ -1,0 +1,83 @@
+"""An arrangement in the examination of a machine: its program with monitors in it, and what its configurations say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.backends.native.layout import Layout
+from llfsm_verify.checking.problem import bind
+from llfsm_verify.kripke.explore import MAX_ROOTS, Explorer
+from llfsm_verify.kripke.labels.wide import labels_of
+from llfsm_verify.limits import Budget
+from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.monitoring.lookup import walk_table
+from llfsm_verify.monitoring.states import MonitorVerdict
+from llfsm_verify.runtime.live.plan import decidable
+from llfsm_verify.runtime.stepping.monitored import first_letter, first_states
+from llfsm_verify.runtime.swapping.monitor_program import monitor_name, watched, within_names
+from llfsm_verify.values import Value
+
+
+class Side:
+    """The arrangement before or after: its program with the monitors in it."""
+
+    def __init__(self, arrangement: Arrangement, properties: PropertySet, budget: Budget) -> None:
+        self._budget = budget
+        self.problem = bind(arrangement, properties)
+        self.plain = self.problem.program(keep_all_bits=True)
+        self.monitors, self.reasons = decidable(self.problem)
+        self.tables = [walk_table(monitor) for monitor in self.monitors.values()]
+        self.program = watched(self.plain, list(self.monitors.values()), self.tables)
+        self.layout = Layout.of(self.program)
+        self._labels = labels_of(self.program, budget)
+        self.false = [
+            frozenset(t.numbers[q] for q, verdict in enumerate(m.verdicts) if verdict is MonitorVerdict.FALSE)
+            for m, t in zip(self.monitors.values(), self.tables, strict=True)
+        ]
+        self._states = [self.layout.reader(monitor_name(k)) for k in range(len(self.tables))]
+        self._within = [self.layout.reader(name) for name in within_names(self.plain)]
+        self._ended = [None if p.ended is None else self.layout.reader(p.ended) for p in self.plain.processes]
+
+    def explorer(self, configurations: Iterable[bytes], *, with_edges: bool = False) -> Explorer:
+        """An exploration from these, which have room for nothing else."""
+
+        def roots(layout: Layout) -> Iterator[bytes]:
+            own = {name: field for name, field in layout.fields.items() if not field.output}
+            assert own == {name: field for name, field in self.layout.fields.items() if not field.output}
+            outputs = layout.encode_outputs(layout.initial_outputs())
+            return (configuration + outputs for configuration in configurations)
+
+        return Explorer(self.program, self._budget, with_edges=with_edges, labels=self._labels, roots=roots)
+
+    def record(self, configuration: bytes) -> bytes:
+        """With outputs as they are at first."""
+        return configuration + self.layout.encode_outputs(self.layout.initial_outputs())
+
+    def states(self, configuration: bytes) -> tuple[int, ...]:
+        """Of the monitors."""
+        return tuple(read(configuration) for read in self._states)
+
+    def violated(self, configuration: bytes) -> Iterator[int]:
+        """The numbers of the monitors that have come to *violated*."""
+        return (k for k, read in enumerate(self._states) if read(configuration) in self.false[k])
+
+    def is_whole(self, configuration: bytes) -> bool:
+        """No process is in the middle of a cycle."""
+        return not any(read(configuration) for read in self._within)
+
+    def has_ended(self, configuration: bytes) -> bool:
+        """All processes have ended."""
+        return all(read is not None and read(configuration) for read in self._ended)
+
+    def beginnings(self) -> Iterator[bytes]:
+        """The initial configurations, the first letter read."""
+        layout, atoms = Layout.of(self.plain), [m.atoms for m in self.monitors.values()]
+        for record in layout.initial(MAX_ROOTS):
+            letter = first_letter(self.plain, layout, record)
+            yield self.with_states(layout.decode(record), list(first_states(self.tables, atoms, letter)))
+
+    def with_states(self, values: Mapping[str, Value], states: Sequence[int]) -> bytes:
+        """The configuration with these values of variables, between two cycles, and states of monitors."""
+        own = {monitor_name(k): states[k] for k in range(len(self.tables))}
+        return self.layout.encode({**values, **own, **dict.fromkeys(within_names(self.plain), 0)})

@@ -1,0 +1,457 @@
+"""A whiteboard as others see it: the newest values, how old they are, and what they may post."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import select
+import socket
+import struct
+import time
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple, Self
+
+from llfsm_verify.jsonvalue import Json
+from llfsm_verify.program.program import Choice
+from llfsm_verify.runtime.live.frame import COMMITTED, ENDING, ENDINGS, NUMBER
+from llfsm_verify.runtime.live.slots import STATE, Slot
+from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST, NOBODY, location, peer_of
+from llfsm_verify.runtime.whiteboard.segment import Attached, Lent, NoSegment
+from llfsm_verify.runtime.whiteboard.subscription import Frames, Subscription, Woken
+from llfsm_verify.values import Shown, ValueProblem, number_of
+
+SECONDS: float | None = 5.0
+"""How long an owner may take to answer."""
+SHORTEST = 0.001
+"""Seconds of waiting for a connection."""
+MOMENT = 0.001
+"""Seconds between two looks for a first frame."""
+MOST_BYTES = 1 << 24
+
+
+class WhiteboardError(Exception):
+    """There is no such whiteboard, its owner does not answer, or it refuses a post; the message says which."""
+
+
+class PostRefused(WhiteboardError):
+    """There is no such input or value, or the input belongs to another process."""
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """A whole frame of a whiteboard: all its values are of one moment."""
+
+    values: Mapping[str, Shown]
+    """By the names of slots: states of machines, variables, inputs."""
+    number: int
+    """Of the frame; one more for every cycle of a process."""
+    age: float
+    """Seconds since it was committed."""
+    ending: str
+    """``running``, or why there will be no other frame: one of `live.frame.ENDINGS`, or ``died``."""
+
+
+class InputWriter:
+    """Posts inputs in memory that the owner of a whiteboard has lent; made by `Whiteboard.writer`.
+
+    They belong to it while the whiteboard is connected.
+    """
+
+    def __init__(self, lent: Lent, inputs: Mapping[str, tuple[int, Choice]]) -> None:
+        self._lent: Lent | None = lent
+        self._inputs = inputs
+
+    def post(self, **values: Shown) -> None:
+        """Give values to inputs, all together, from the next cycle on. PostRefused: there is no such input or value."""
+        assert self._lent is not None, "the writer is closed"
+        for name in values:
+            if name not in self._inputs:
+                raise PostRefused(f"this writer has no input `{name}`, only {', '.join(self._inputs)}")
+        numbers = [(self._inputs[name][0], self._number(name, value)) for name, value in values.items()]
+        frame = self._lent.frame
+        for place, number in numbers:
+            frame[place] = number
+            frame[place + 1] = 1
+        self._lent.publish()
+
+    def _number(self, name: str, value: Shown) -> int:
+        try:
+            return number_of(self._inputs[name][1], value)
+        except ValueProblem as problem:
+            raise PostRefused(f"{name}: {problem}") from None
+
+    def close(self) -> None:
+        """Post no more."""
+        if self._lent is not None:
+            self._lent.close()
+            self._lent = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class Replaced(NamedTuple):
+    """A machine or a policy has taken the place of another one."""
+
+    frame: int
+    """The number of the frame from which on the arrangement has it."""
+    notes: tuple[str, ...]
+    """What its check has to say."""
+
+
+class Whiteboard:
+    """A whiteboard that a run of this name serves on this machine. WhiteboardError: there is none.
+
+    `connection` is one that `called` has made; it is closed with the whiteboard, or if there is none.
+    """
+
+    def __init__(self, name: str, connection: socket.socket | None = None) -> None:
+        self.name = name
+        self._attached: Attached | None = None
+        self._readers: dict[str, Callable[[], Shown]] = {}
+        self._connection, self._received = connection or called(name, SECONDS), b""
+        self._connection.settimeout(SECONDS)
+        self._greet()
+
+    def _greet(self) -> None:
+        connection = self._connection
+        try:
+            line, descriptors = self._line()
+            try:
+                told = json.loads(line)
+                if isinstance(told, dict) and "error" in told:
+                    raise WhiteboardError(f"`{self.name}` does not let this process in: {told['error']}")
+                if len(descriptors) != 1:
+                    raise WhiteboardError(f"`{self.name}` is not a whiteboard")
+                self._slots = {s["name"]: Slot(**{**s, "labels": tuple(s["labels"])}) for s in told["slots"]}
+                attached = Attached(descriptors[0])
+            finally:
+                for descriptor in descriptors:
+                    os.close(descriptor)
+        except (ValueError, TypeError, KeyError, NoSegment) as error:
+            connection.close()
+            raise WhiteboardError(f"`{self.name}` is not a whiteboard: {error}") from None
+        except WhiteboardError:
+            connection.close()
+            raise
+        if any(slot.word >= attached.words for slot in self._slots.values()):
+            connection.close()
+            raise WhiteboardError(f"`{self.name}` is not a whiteboard: its slots are not in its frames")
+        self._attached = attached
+
+    def _line(self) -> tuple[bytes, list[int]]:
+        descriptors: list[int] = []
+        while b"\n" not in self._received:
+            try:
+                data, more, _, _ = socket.recv_fds(self._connection, 1 << 16, 4)
+            except OSError:
+                data, more = b"", []
+            descriptors += more
+            self._received += data
+            if not data or len(self._received) > MOST_BYTES:
+                for descriptor in descriptors:
+                    os.close(descriptor)
+                raise WhiteboardError(f"the owner of `{self.name}` is gone, or does not answer")
+        line, _, self._received = self._received.partition(b"\n")
+        return line, descriptors
+
+    @property
+    def slots(self) -> tuple[Slot, ...]:
+        """What is in its frames."""
+        return tuple(self._slots.values())
+
+    @property
+    def period(self) -> float:
+        """Seconds of a cycle; 0: it runs as fast as it goes."""
+        assert self._attached is not None
+        return self._attached.period / 1e9
+
+    @property
+    def latest(self) -> int:
+        """The number of the newest frame; 0: there is none yet."""
+        assert self._attached is not None, "the whiteboard is closed"
+        return self._attached.latest
+
+    def fileno(self) -> int:
+        """A descriptor that is readable when the owner is gone, for `select`."""
+        return self._connection.fileno()
+
+    @property
+    def is_gone(self) -> bool:
+        """Whether the owner has closed the connection, or died."""
+        try:
+            readable, _, _ = select.select([self._connection], [], [], 0)
+            return bool(readable) and self._connection.recv(1, socket.MSG_PEEK) == b""
+        except OSError:
+            return True
+
+    def view(self) -> View:
+        """The newest frame. WhiteboardError: there is none, and none comes."""
+        frame = self._newest()
+        ending = ENDINGS[frame[ENDING]] if 0 <= frame[ENDING] < len(ENDINGS) else "died"
+        if ending == "running" and self.is_gone:
+            ending = "died"
+        age = (time.monotonic_ns() - frame[COMMITTED]) / 1e9
+        return View({name: slot.value(frame) for name, slot in self._slots.items()}, frame[NUMBER], age, ending)
+
+    def get(self, name: str | None = None) -> Shown:
+        """The newest value of a slot. KeyError: there is no such slot; TypeError: none is named; WhiteboardError."""
+        if name is None:
+            raise TypeError(f"name one of {', '.join(self._slots)}; `view().values` has the values of all of them")
+        read = self._readers.get(name)
+        if read is None:
+            read = self._reader(name)
+        return read()
+
+    def _reader(self, name: str) -> Callable[[], Shown]:
+        """A fast function that reads one slot."""
+        self._known([name])
+        self._newest()
+        assert self._attached is not None, "the whiteboard is closed"
+        value, word = self._slots[name].reader(), self._attached.reader(self._slots[name].word)
+        self._readers[name] = lambda: value(word())
+        return self._readers[name]
+
+    def _newest(self) -> list[int]:
+        """The newest frame, after a moment of patience when the run has only just begun."""
+        assert self._attached is not None, "the whiteboard is closed"
+        until = time.monotonic() + SECONDS if SECONDS is not None else math.inf
+        while (frame := self._attached.newest()) is None:
+            if time.monotonic() >= until or self.is_gone:
+                raise WhiteboardError(f"nothing has been written to `{self.name}` yet")
+            time.sleep(MOMENT)
+        return frame
+
+    def post(self, **values: Shown) -> None:
+        """Give values to inputs, which then belong to this process while it is connected.
+
+        PostRefused: nothing was posted; WhiteboardError: the owner is gone.
+        """
+        sent: dict[str, Json] = {n: v if isinstance(v, bool | int | str) else str(v) for n, v in values.items()}
+        self._ask({"post": sent})
+
+    def writer(self, *inputs: str) -> InputWriter:
+        """Memory in which this process posts these inputs from now on, without asking the owner each time.
+
+        PostRefused: there is no such input, it belongs to another process, or no memory is left to lend.
+        """
+        answer, descriptors = self._asked({"write": list(inputs)})
+        try:
+            match answer:
+                case {"words": int(words), "places": dict(places)} if len(descriptors) == 1:
+                    lent = Lent(descriptors[0], words)
+                    slots = {name: (int(str(place)), self._slots[name].choice) for name, place in places.items()}
+                    return InputWriter(lent, slots)
+                case _:
+                    raise WhiteboardError(f"the owner of `{self.name}` does not answer what was asked")
+        except (NoSegment, ValueError, KeyError) as error:
+            raise WhiteboardError(f"the owner of `{self.name}` lends nothing: {error}") from None
+        finally:
+            for descriptor in descriptors:
+                os.close(descriptor)
+
+    def command(self, kind: str, target: str, value: Shown | None = None) -> int:
+        """Let an operator's command come: ``suspend``, ``resume``, ``restart``, ``load``, ``load_suspended`` or
+        ``unload`` a machine, or ``write`` a value to a slot. Returns the number of the frame after the cycle at whose
+        beginning it came.
+
+        PostRefused: the arrangement's `operators` or `access` do not allow it; WhiteboardError: the owner is gone.
+        """
+        given: list[Json] = [kind, target]
+        if value is not None:
+            given.append(value if isinstance(value, bool | int | str) else str(value))
+        frame = self._ask({"command": given}, patient=True).get("frame")
+        if not isinstance(frame, int):
+            raise WhiteboardError(f"the owner of `{self.name}` does not answer what was asked")
+        return frame
+
+    def send(self, request: dict[str, Json]) -> None:
+        """Ask the owner for something without waiting: `answers` has what comes back, in the order of what was asked.
+        Until it has all of it, nothing else may be asked. PostRefused: it is too long; WhiteboardError: the owner is
+        gone.
+        """
+        line = json.dumps(request).encode() + b"\n"
+        if len(line) > MOST_REQUEST:
+            raise PostRefused(f"it would be a request of {len(line):,} bytes, and {MOST_REQUEST:,} are the most")
+        try:
+            self._connection.settimeout(SECONDS)
+            self._connection.sendall(line)
+        except OSError:
+            raise WhiteboardError(f"the owner of `{self.name}` is gone") from None
+
+    def answers(self) -> list[dict[str, Json]]:
+        """What has come back by now of what was sent; it does not wait."""
+        self._connection.settimeout(0)
+        with suppress(OSError):
+            while (data := self._connection.recv(1 << 16)) and len(self._received) < MOST_BYTES:
+                self._received += data
+        *lines, self._received = self._received.split(b"\n")
+        return [_answer(line) for line in lines]
+
+    def replace(self, machine: str, path: str | Path, *, unchecked: bool = False) -> Replaced:
+        """Let the machine in a file (YAML) take the place of one that runs, after it has been checked. Its variables
+        are carried over by name and type. The run is then another one: close this, and make a new `Whiteboard`.
+
+        PostRefused: the arrangement's `operators` or `access` do not allow it, the machine does not fit, or it is not
+        proved that nothing goes wrong with it; OSError: the file cannot be read; WhiteboardError: the owner is gone.
+        """
+        return self._change({"replace": [machine, Path(path).name, _text_in(path)], "unchecked": unchecked})
+
+    def policy(self, path: str | Path) -> Replaced:
+        """Let the policy in a file take the place of the one in force, after it has been checked. The run is then
+        another one: close this, and make a new `Whiteboard`.
+
+        PostRefused: `operators` does not allow it to this user, the policy is wrong or gives a machine a right that it
+        had not, or it is not proved that nothing goes wrong with it; OSError: the file cannot be read;
+        WhiteboardError: the owner is gone.
+        """
+        return self._change({"policy": [Path(path).name, _text_in(path)]})
+
+    def _change(self, request: dict[str, Json]) -> Replaced:
+        match self._ask(request, patient=True):
+            case {"frame": int(frame), "notes": [*notes]}:
+                return Replaced(frame, tuple(map(str, notes)))
+        raise WhiteboardError(f"the owner of `{self.name}` does not answer what was asked")
+
+    def subscribe(self, *slots: str) -> Subscription:
+        """Frames one after the other, from the newest one on; only those in which one of the slots changed, if any are
+        named. KeyError: there is no such slot; WhiteboardError: there are too many subscribers.
+        """
+        self._known(slots)
+        assert self._attached is not None, "the whiteboard is closed"
+        of = {name: self._slots[name] for name in slots or self._slots}
+        woken = self._woken()
+        return Subscription(self._attached, woken, self._connection, self.is_running, self.period, of)
+
+    def frames(self) -> Frames:
+        """All frames, one after the other, from the first one if it is still there, else from the newest one on.
+
+        WhiteboardError: there are too many subscribers.
+        """
+        assert self._attached is not None, "the whiteboard is closed"
+        return Frames(self._attached, self._woken(), self._connection, self.is_running, self.period)
+
+    def _woken(self) -> Woken:
+        """A socket that gets a datagram after each frame."""
+        answer, descriptors = self._asked({"subscribe": True})
+        match answer:
+            case {"socket": int(number)} if len(descriptors) == 1:
+                return Woken(socket.socket(fileno=descriptors[0]), lambda: self._unsubscribe(number))
+        for descriptor in descriptors:
+            os.close(descriptor)
+        raise WhiteboardError(f"the owner of `{self.name}` does not answer what was asked")
+
+    def _unsubscribe(self, number: int) -> None:
+        with suppress(WhiteboardError):  # the owner is gone
+            self._ask({"unsubscribe": number})
+
+    def is_running(self) -> bool:
+        """Whether another frame may come."""
+        assert self._attached is not None, "the whiteboard is closed"
+        frame = self._attached.newest()
+        return (frame is None or ENDINGS[frame[ENDING]] == "running") and not self.is_gone
+
+    def state_of(self, machine: str) -> str:
+        """The state in which a machine is. KeyError: there is no such machine."""
+        if self._slots[machine].kind != STATE:
+            raise KeyError(f"`{machine}` is not a machine")
+        return str(self.get(machine))
+
+    @property
+    def machines(self) -> dict[str, tuple[str, ...]]:
+        """The machines in the order of their turns, each with the names of its states."""
+        return {slot.name: slot.labels for slot in self._slots.values() if slot.kind == STATE}
+
+    def _known(self, names: Iterable[str]) -> None:
+        for name in names:
+            if name not in self._slots:
+                raise KeyError(f"there is no slot `{name}` on `{self.name}`, only {', '.join(self._slots)}")
+
+    def _ask(self, request: dict[str, Json], *, patient: bool = False) -> dict[str, Json]:
+        """What the owner answers. PostRefused: it refuses."""
+        answer, descriptors = self._asked(request, patient=patient)
+        for descriptor in descriptors:
+            os.close(descriptor)
+        return answer
+
+    def _asked(self, request: dict[str, Json], *, patient: bool = False) -> tuple[dict[str, Json], list[int]]:
+        """What the owner answers, with descriptors, which the caller closes."""
+        self.send(request)
+        if patient:
+            self._connection.settimeout(None)
+        line, descriptors = self._line()
+        answer = _answer(line)
+        if "error" in answer:
+            for descriptor in descriptors:
+                os.close(descriptor)
+            raise PostRefused(str(answer["error"]))
+        return answer, descriptors
+
+    def close(self) -> None:
+        """Read no more, and give up inputs."""
+        self._connection.close()
+        if self._attached is not None:
+            self._attached.close()
+            self._attached = None
+            self._readers.clear()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _answer(line: bytes) -> dict[str, Json]:
+    """What an owner says in one line."""
+    try:
+        answer = json.loads(line)
+    except (ValueError, RecursionError):
+        answer = None
+    return answer if isinstance(answer, dict) else {"error": "the owner's answer is not valid"}
+
+
+def called(name: str, seconds: float | None = 0) -> socket.socket:
+    """A connection to the owner of a whiteboard, who may not have answered yet. Where too many call at once, it waits
+    so long; None: without an end. WhiteboardError: there is none, or another user than the folder's serves it.
+    """
+    path, user = location(name)
+    connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    until = None if seconds is None else time.monotonic() + seconds
+    served_by = NOBODY
+    try:
+        connection.setblocking(seconds != 0)
+        while served_by == NOBODY:  # a signal ends the waiting, and Python takes that for a connection
+            if seconds != 0:  # Python's own limit does not hold for sockets of this kind
+                left = 0.0 if until is None else max(until - time.monotonic(), SHORTEST)
+                limit = struct.pack("ll", *divmod(int(1e6 * left), 1_000_000))
+                connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, limit)
+            connection.connect(str(path))
+            _, served_by = peer_of(connection)
+            if served_by == NOBODY and until is not None and time.monotonic() >= until:
+                raise BlockingIOError
+        if served_by != user:
+            raise WhiteboardError(f"`{name}` is served by user {served_by}, and its folder is of user {user}")
+    except BlockingIOError:
+        connection.close()
+        raise WhiteboardError(f"too many processes call the whiteboard `{name}` at once") from None
+    except OSError:
+        connection.close()
+        raise WhiteboardError(f"there is no whiteboard `{name}`, or its owner has died") from None
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _text_in(path: str | Path) -> str:
+    """The text of a file, as much of it as is too long. OSError, UnicodeDecodeError."""
+    with open(path, encoding="utf-8") as file:
+        return file.read(MOST_REQUEST)
