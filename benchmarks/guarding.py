@@ -81,8 +81,8 @@ def broken_to_switch(guarded: Path, cycles: int) -> tuple[int, int]:
         if cycle % LAP == 0:
             simulation, before = model.anew(cycle), "TOT_STOP"
         simulation.cycle({})
-        wished, done = simulation.values["motion_wished"], simulation.values["motion"]
-        if before == "FORWARD" and wished == "BACKWARD" and waiting is None:
+        requested, done = simulation.values["motion_requested"], simulation.values["motion"]
+        if before == "FORWARD" and requested == "BACKWARD" and waiting is None:
             waiting, broken = cycle, broken + 1
         if waiting is not None and done == "TOT_STOP":
             worst, waiting = max(worst, cycle - waiting), None

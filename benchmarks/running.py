@@ -41,7 +41,7 @@ from llfsm_verify.runtime.recording.file import Recorder
 from llfsm_verify.runtime.whiteboard.client import Whiteboard
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.segment import Attached
-from llfsm_verify.runtime.whiteboard.server import Owner
+from llfsm_verify.runtime.whiteboard.server import Server
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.semantics.lowering import lower
 
@@ -95,7 +95,7 @@ def looping(
         while (reason := loop.go(left)) == control.FULL:
             assert recorder is not None
             recorder.grow()
-            left = loop.told[control.TURNS]
+            left = loop.control[control.TURNS]
         assert reason == control.DONE, reason
         return (time.perf_counter() - begin) / count
 
@@ -116,10 +116,10 @@ def served(name: str, *, period: int, priority: int | None = None) -> Iterator[S
     loop = Loop(LiveCode(program), period=period, held=starting_values(program))
     with (
         closing(Shared(name, loop)) as shared,
-        closing(Owner(name, shared, Permissions())) as owner,
+        closing(Server(name, shared, Permissions())) as server,
         Supervised(loop, shared, priority=priority) as run,
     ):
-        thread = threading.Thread(target=serve, args=(run, [owner]))
+        thread = threading.Thread(target=serve, args=(run, [server]))
         run.start()
         thread.start()
         try:

@@ -29,17 +29,17 @@ from llfsm_verify.runtime.live.plan import Plan
 from llfsm_verify.runtime.live.run import RunReport
 from llfsm_verify.runtime.live.serving import Attendant
 from llfsm_verify.runtime.live.slots import slots_of
-from llfsm_verify.runtime.swapping.hot_swap import Succession
-from llfsm_verify.runtime.swapping.settings import Making
+from llfsm_verify.runtime.swapping.hot_swap import SwappableRun
+from llfsm_verify.runtime.swapping.settings import RunSettings
 from llfsm_verify.runtime.whiteboard.client import Replaced, WhiteboardError
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace
-from llfsm_verify.runtime.whiteboard.server import Owner, Taken
+from llfsm_verify.runtime.whiteboard.server import Server, Taken
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.values import text
 
 Processes = Literal["thread", "separate", "together"]
-Started = tuple[Succession, Shared, Owner | None]
+Started = tuple[SwappableRun, Shared, Server | None]
 PATIENCE = 0.02
 """Seconds between two looks whether there is something to do, at most."""
 SHORTLY = 0.001
@@ -325,29 +325,29 @@ def start(
     draft = _draft_of(given) if record is not None or given.replaceable or given.policy_users else None
     if record is not None and draft is None:
         raise ValueError("a recording keeps the texts of its arrangement, which must come from files")
-    making = Making(
+    settings = RunSettings(
         simulated=simulate, cycle_ms=cycle_ms, held=inputs, properties=lines, property_texts=sources, syntax=syntax,
         rate=rate, seed=seed if simulate else None, hold=hold, draw=draw, strict="overrun" in stop_on,
-        heeds="violation" in stop_on, record=record, sources=() if draft is None else draft.sources,
+        stops_on_violation="violation" in stop_on, record=record, sources=() if draft is None else draft.sources,
         digest=given.digest,
     )  # fmt: skip
-    how = making.plan(given)
-    loop = making.first(how, how.code(), rounds=-1 if cycles is None else cycles)
+    how = settings.plan(given)
+    loop = settings.first(how, how.code(), rounds=-1 if cycles is None else cycles)
 
     def started(left: ExitStack) -> Started:
         shared = left.enter_context(closing(Shared(whiteboard or "run", loop, served=whiteboard is not None)))
-        owner = None
+        server = None
         if whiteboard is not None:
             try:
-                owner = left.enter_context(closing(Owner(whiteboard, shared, Permissions.of(how.arrangement))))
+                server = left.enter_context(closing(Server(whiteboard, shared, Permissions.of(how.arrangement))))
             except (Taken, NoPlace) as problem:
                 raise WhiteboardError(str(problem)) from None
-        run = Succession(
-            draft, shared, making, how.arrangement, priority=priority, together=processes == "together",
+        run = SwappableRun(
+            draft, shared, settings, how.arrangement, priority=priority, together=processes == "together",
             threaded=processes == "thread",
         )  # fmt: skip
-        if owner is not None:
-            owner.takes(run)
-        return left.enter_context(run), shared, owner
+        if server is not None:
+            server.takes(run)
+        return left.enter_context(run), shared, server
 
     return LiveRun(how, started)

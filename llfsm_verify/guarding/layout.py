@@ -51,7 +51,7 @@ class Layout:
         document, names, arrangement = self._document, self._names, self._arrangement
         for entry in known.whiteboard:
             variable = entry.variable
-            if variable.name in (*names.wishes.values(), names.alarm):
+            if variable.name in (*names.requests.values(), names.alarm):
                 kind, init = variable.type, variable.init
                 assert not isinstance(init, tuple)
                 assert not isinstance(kind, ArrayType | RecordType)
@@ -64,14 +64,14 @@ class Layout:
             document.put(("machines", machine, "on_fault"), "unload")
         writes = document.get("operators", "write")
         for item in writes.value if isinstance(writes, yaml.SequenceNode) else ():
-            if item.value in names.wishes:
-                document.edits.replace(item.start_mark.index, item.end_mark.index, names.wishes[item.value])
+            if item.value in names.requests:
+                document.edits.replace(item.start_mark.index, item.end_mark.index, names.requests[item.value])
         self._clearances()
 
     def _clearances(self) -> None:
         names, access = self._names, self._arrangement.access
         machines = dict.fromkeys((*names.monitors, names.switch, *names.rights.substitutes), names.level)
-        write = dict.fromkeys((*names.wishes, names.alarm, *names.rights.variables), names.level)
+        write = dict.fromkeys((*names.requests, names.alarm, *names.rights.variables), names.level)
         command = dict.fromkeys(names.rights.commanded, names.level)
         if access is None:
             entries = {
@@ -87,7 +87,7 @@ class Layout:
         levels = document.get(*at, "levels")
         assert levels is not None
         document.append(levels, names.level)
-        for output, slot in names.wishes.items():
+        for output, slot in names.requests.items():
             if output in access.write:
                 write[slot] = access.levels[access.write[output]]
         document.put_all((*at, "machines"), machines)

@@ -73,14 +73,14 @@ class Lockstep:
         return first
 
 
-def lockstep(original: Program, guarded: Program, alarm: str, wishes: Mapping[str, str]) -> Lockstep:
+def lockstep(original: Program, guarded: Program, alarm: str, requests: Mapping[str, str]) -> Lockstep:
     """The product of programs of one process each, with all bits kept. `alarm` is a variable of the guarded one, and so
-    are `wishes`, by the outputs of the original in whose place they are written.
+    are `requests`, by the outputs of the original in whose place they are written.
 
     Unlike: an input or a machine of the original is another one there.
     """
     choices = {choice.name: choice for choice in guarded.choices}
-    named = dict(_named(original, choices, wishes))
+    named = dict(_named(original, choices, requests))
     for choice in original.choices:
         if choices.setdefault(named.get(choice.name, choice.name), choice).type != choice.type:
             raise Unlike(f"`{choice.source}` does not have the same values")
@@ -124,11 +124,11 @@ def lockstep(original: Program, guarded: Program, alarm: str, wishes: Mapping[st
     return Lockstep(program, original, guarded, first, first + 1, compared, own, frozenset(copy.choices), named)
 
 
-def _named(original: Program, known: Collection[str], wishes: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+def _named(original: Program, known: Collection[str], requests: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     """Choices of the original that have the name of another variable in what is `known`: what operators, or models of
     machines, write."""
     for choice in original.choices:
-        for output, slot in wishes.items():
+        for output, slot in requests.items():
             name = choice.name.replace(f"({output})", f"({slot})")
             if choice.name not in known and name in known:
                 yield choice.name, name

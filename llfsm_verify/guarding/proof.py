@@ -137,8 +137,8 @@ def _with_reasons(proof: Proof, guarded: Guarded) -> Proof:
 
 def _reasons(guarded: Guarded, result: Result) -> Iterator[str]:
     alarm = guarded.names.alarm
-    outputs = " and ".join(f"`{name}`" for name in guarded.names.wishes) or "what is read"
-    what = "fallback" if guarded.names.wishes else "reaction"
+    outputs = " and ".join(f"`{name}`" for name in guarded.names.requests) or "what is read"
+    what = "fallback" if guarded.names.requests else "reaction"
     late = "" if guarded.made else ", or the alarm came too late"
     for found in result.properties:
         if found.verdict is not Verdict.VIOLATED or found.trace is None:

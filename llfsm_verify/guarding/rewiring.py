@@ -19,7 +19,7 @@ Renaming = tuple[Span, str]
 """A place, and what is to stand there."""
 
 
-def renamings(arrangement: Arrangement, draft: ArrangementDraft, wishes: Mapping[str, str]) -> Iterator[Renaming]:
+def renamings(arrangement: Arrangement, draft: ArrangementDraft, requests: Mapping[str, str]) -> Iterator[Renaming]:
     """The places in machines and arguments that name a routed output and mean it.
 
     The typed trees know what a name means: a variable, parameter or local variable that is called like an output is
@@ -30,16 +30,16 @@ def renamings(arrangement: Arrangement, draft: ArrangementDraft, wishes: Mapping
         assert isinstance(machine, MachineDraft)
         kinds = {parameter.name.text: parameter.kind for parameter in machine.parameters}
         # A parameter that is called like a variable is bound to it, in every instance.
-        for name in (p.name for p in machine.parameters if p.name.text in wishes):
-            yield name.span, wishes[name.text]
+        for name in (p.name for p in machine.parameters if p.name.text in requests):
+            yield name.span, requests[name.text]
         for key, value in instance.arguments:
-            if key.text in wishes and key.text in kinds:
-                yield key.span, wishes[key.text]
-            if isinstance(value, Scalar) and value.text in wishes and kinds.get(key.text) == "whiteboard":
-                yield value.span, wishes[value.text]
+            if key.text in requests and key.text in kinds:
+                yield key.span, requests[key.text]
+            if isinstance(value, Scalar) and value.text in requests and kinds.get(key.text) == "whiteboard":
+                yield value.span, requests[value.text]
         for read in of_kind(arrangement.machine(instance.name.text).states, Read):
             routed = read.variable.name
-            if read.variable.scope != "whiteboard" or routed not in wishes:
+            if read.variable.scope != "whiteboard" or routed not in requests:
                 continue
             start = read.span.start
             found = _WORD.match(read.span.source.text, start)
@@ -47,7 +47,7 @@ def renamings(arrangement: Arrangement, draft: ArrangementDraft, wishes: Mapping
                 message = f"the name of `{routed}` is not written out here"
                 raise DiagnosticError(Diagnostic(UNFIT, message, read.span, hint="write it without escapes"))
             if found[0] == routed:  # other parameters are bound to another variable where the instance stands
-                yield Span(read.span.source, start, found.end()), wishes[routed]
+                yield Span(read.span.source, start, found.end()), requests[routed]
 
 
 def instances(draft: ArrangementDraft) -> tuple[InstanceDraft, ...]:

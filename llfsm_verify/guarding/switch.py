@@ -6,30 +6,30 @@ from collections.abc import Collection, Iterable, Iterator
 
 from llfsm_verify.guarding.editing import quoted
 from llfsm_verify.guarding.reactions import begin, end
-from llfsm_verify.guarding.wanted import Names, Wanted, as_wished
+from llfsm_verify.guarding.wanted import Names, Wanted, as_requested
 
 
 def switch_machine(names: Names, wanted: Wanted, *, taken_back: bool = False, chaos: Collection[str] = ()) -> str:
     """The text of its machine file. `taken_back`: a monitor takes its alarm back. `chaos`: machines of which the switch
     does not ask what they do, for a proof. DiagnosticError: an expression is none."""
-    wishes = [f"{output} = {names.wishes[output]};" for output in wanted.fallbacks]
-    instead = [f"{output} = {as_wished(text, names.wishes)};" for output, text in wanted.fallbacks.items()]
+    requests = [f"{output} = {names.requests[output]};" for output in wanted.fallbacks]
+    instead = [f"{output} = {as_requested(text, names.requests)};" for output, text in wanted.fallbacks.items()]
     until, leave = None, []
     if wanted.until is not None:
-        until, leave = quoted(as_wished(wanted.until, names.wishes)), [*instead, *_anew(names)]
+        until, leave = quoted(as_requested(wanted.until, names.requests)), [*instead, *_anew(names)]
     elif taken_back:
-        until, leave = quoted(f"!{names.alarm}"), wishes
+        until, leave = quoted(f"!{names.alarm}"), requests
     memory = {} if until is None else names.memory
     if wanted.until is None and not wanted.reactions:
         states = [
             "  - name: SWITCH",
-            *_action("internal", [f"if ({names.alarm}) {{", *_deeper(instead), "} else {", *_deeper(wishes), "}"]),
+            *_action("internal", [f"if ({names.alarm}) {{", *_deeper(instead), "} else {", *_deeper(requests), "}"]),
             "    stays: true",
         ]
     else:
         states = [
             "  - name: WISHED",
-            *_action("internal", wishes),
+            *_action("internal", requests),
             *_action("on_exit", [*instead, *begin(wanted.reactions, memory, chaos)]),
             f"    transitions: [{{when: {names.alarm}, to: INSTEAD}}]",
             "  - name: INSTEAD",

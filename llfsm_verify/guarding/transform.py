@@ -21,7 +21,7 @@ from llfsm_verify.guarding.codes import UNFIT
 from llfsm_verify.guarding.layout import Layout
 from llfsm_verify.guarding.rewiring import instances, renamings
 from llfsm_verify.guarding.switch import switch_machine
-from llfsm_verify.guarding.wanted import Names, Wanted, as_wished, names
+from llfsm_verify.guarding.wanted import Names, Wanted, as_requested, names
 from llfsm_verify.logic.bounds import Clock
 from llfsm_verify.logic.properties import Property
 from llfsm_verify.monitoring.machine import Action, monitor_machine
@@ -62,7 +62,7 @@ class Guarded:
 
 
 def guard(draft: Draft, wanted: Wanted, task: Task, folder: Path) -> Guarded:
-    """The guarded arrangement that a draft and the wishes lead to, as it will stand in `folder`.
+    """The guarded arrangement that a draft and the requests lead to, as it will stand in `folder`.
 
     DiagnosticError: something in the arrangement, the properties or what is wanted is wrong, or cannot be guarded.
     """
@@ -79,12 +79,12 @@ def guard(draft: Draft, wanted: Wanted, task: Task, folder: Path) -> Guarded:
     if task.own is not None and (problems := list(_wrong_writes(known, found))):
         raise DiagnosticError(problems)
     layout = Layout(draft, arrangement, found)
-    for span, name in renamings(known, wider.arrangement, found.wishes):
+    for span, name in renamings(known, wider.arrangement, found.requests):
         layout.replace(span, name)
     layout.route(known)
     if task.own is not None:
         arguments = {
-            found.wishes.get(key.text, key.text): found.wishes.get(value.text, value.text)
+            found.requests.get(key.text, key.text): found.requests.get(value.text, value.text)
             for key, value in _own(wider, found).arguments
             if isinstance(value, Scalar)
         }
@@ -117,7 +117,7 @@ def with_slots(draft: Draft, found: Names) -> Draft:
     routed = {entry.name.text: entry for entry in arrangement.whiteboard}
     slots = [
         WhiteboardDraft(implied(slot, routed[output].name.span), routed[output].type, routed[output].init)
-        for output, slot in found.wishes.items()
+        for output, slot in found.requests.items()
     ]
     span = arrangement.span
     slots.append(WhiteboardDraft(implied(found.alarm, span), implied("bool", span)))
@@ -159,7 +159,7 @@ def _wrong_writes(known: Arrangement, found: Names) -> Iterator[Diagnostic]:
     """What the monitor of the user's writes and should not, or what others could write, too."""
     classes = () if known.access is None else known.access.write
     for name, span in known.machine(found.monitors[0]).writes():
-        if name in found.wishes:
+        if name in found.requests:
             message = f"a monitor judges `{name}`, which is routed, and does not write it"
             yield Diagnostic(UNFIT, message, span, hint=f"set `{ALARM}`: --fallback says what is written instead")
         elif name != found.alarm and name not in classes:
@@ -178,14 +178,14 @@ def _own(draft: Draft, found: Names) -> InstanceDraft:
 def property_monitor(
     line: Property, task: Task, known: Arrangement, found: Names, original: Arrangement | None
 ) -> tuple[str, dict[str, str]]:
-    """The machine that monitors a property of the wishes, and the arguments of its instance. It has read the initial
+    """The machine that monitors a property of the requests, and the arguments of its instance. It has read the initial
     letter of `original`."""
     made = monitor_properties(line, task.assumptions, Timing(task.clock, every_letter_ticks=True))
     if original is not None:
         made = begun(made, original, (line, *task.assumptions))
     places = {key: place for p in (*task.assumptions, line) for key, place in p.atoms.items()}
     places = {
-        key: implied(as_wished(place, found.wishes), place.span(0, len(place.text))).fragment
+        key: implied(as_requested(place, found.requests), place.span(0, len(place.text))).fragment
         for key, place in places.items()
     }
     machine = monitor_machine(made, places, known, Action((found.alarm,)))

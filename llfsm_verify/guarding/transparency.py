@@ -60,7 +60,7 @@ def transparency(
     try:
         with budget:
             before, after = (lower(replace(a, observe="cycle"), (), keep_all_bits=True) for a in (original, guarded))
-            return _explored(lockstep(before, after, names.alarm, names.wishes), budget)
+            return _explored(lockstep(before, after, names.alarm, names.requests), budget)
     except (Unlike, LimitReached) as why:
         return Unproved(str(why))
     except MemoryError:

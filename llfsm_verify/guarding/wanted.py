@@ -23,22 +23,22 @@ _WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """`fallbacks`: the outputs that are routed, each with the expression that takes the place of what was wished; in it
-    their names mean what was wished. `guarded`: machines; none: all that write one of these outputs."""
+    """`fallbacks`: the outputs that are routed, each with the expression that takes the place of what was requested, in
+    which their names mean what was requested. `guarded`: machines; none: all that write one of these outputs."""
 
     fallbacks: Mapping[str, Fragment]
     guarded: tuple[str, ...] = ()
     until: Fragment | None = None
-    """A guard, such as `after(2)`: when it holds, wishes count again, and the monitors begin anew. None: never."""
+    """A guard, such as `after(2)`: when it holds, requests count again, and the monitors begin anew. None: never."""
     reactions: tuple[Reaction, ...] = ()
-    """What the switch does to other machines when the alarm is set, and takes back when wishes count again."""
+    """What the switch does to other machines when the alarm is set, and takes back when requests count again."""
 
 
 @dataclass(frozen=True, slots=True)
 class Names:
     """What a guarded arrangement is made of, by name."""
 
-    wishes: Mapping[str, str]
+    requests: Mapping[str, str]
     """The slot of each output that is routed."""
     alarm: str
     monitors: tuple[str, ...]
@@ -76,7 +76,7 @@ def names(arrangement: Arrangement, texts: Iterable[str], wanted: Wanted, monito
         raise DiagnosticError(problems)
     fresh = Fresh(texts)
     return Names(
-        {name: fresh(f"{name}_wished") for name in wanted.fallbacks},
+        {name: fresh(f"{name}_requested") for name in wanted.fallbacks},
         fresh("alarm"),
         tuple(fresh("monitor") for _ in range(monitors)),
         fresh("switch"),
@@ -152,12 +152,12 @@ def _unfit(arrangement: Arrangement, wanted: Wanted, guarded: tuple[str, ...]) -
             yield Diagnostic(UNFIT, message, machine.span, hint=hint)
 
 
-def as_wished(expression: Fragment, wishes: Mapping[str, str]) -> str:
-    """An expression in which the names of outputs mean what was wished. DiagnosticError: it is none."""
+def as_requested(expression: Fragment, requests: Mapping[str, str]) -> str:
+    """An expression in which the names of outputs mean what was requested. DiagnosticError: it is none."""
     source = Source(expression.source.name, expression.text)
     parsed = parse_guard(expression)
     edits = Edits(source)
     for node in expressions_in(parsed.root):
-        if isinstance(node, Path) and node.name.text in wishes:
-            edits.replace(node.name.start, node.name.end, wishes[node.name.text])
+        if isinstance(node, Path) and node.name.text in requests:
+            edits.replace(node.name.start, node.name.end, requests[node.name.text])
     return edits.result()

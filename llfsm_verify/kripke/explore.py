@@ -268,7 +268,7 @@ class Explorer:
         """What the program is compiled from: it decides what the words of a node mean."""
         return self._native.text
 
-    def settle(self, seconds: float) -> bool:
+    def finish_batch(self, seconds: float) -> bool:
         """Go on to the end of a batch of nodes, where the exploration can be saved; false when that takes longer.
 
         Raises LimitReached.
@@ -288,7 +288,7 @@ class Explorer:
         return not block[b.BATCH_COUNT]
 
     def saved(self) -> tuple[Numbers, list[Section]]:
-        """What `restore` needs, after `settle`: numbers, and regions with the bytes used of each."""
+        """What `restore` needs, after `finish_batch`: numbers, and regions with the bytes used of each."""
         return self._tables.saved()
 
     def restore(self, numbers: Json, read: Callable[[Sequence[Section], Budget], None]) -> None:

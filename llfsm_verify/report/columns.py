@@ -110,9 +110,9 @@ def _fitting(columns: Sequence[Column], width: int, squeezed: Sequence[Breaks]) 
     spare = width - sum(widths) - GAP * (len(columns) - 1)
     if spare < 0:
         return None
-    wishes = sorted((column.natural - widths[i], i) for i, column in enumerate(columns))
-    for number, (wish, i) in enumerate(wishes):
-        given = min(wish, spare // (len(wishes) - number))
+    wanted = sorted((column.natural - widths[i], i) for i, column in enumerate(columns))
+    for number, (want, i) in enumerate(wanted):
+        given = min(want, spare // (len(wanted) - number))
         widths[i] += given
         spare -= given
     widths[-1] += spare  # nothing stands behind it, and a cell may turn out wider than was foreseen

@@ -84,13 +84,13 @@ def test_a_recording_is_walked_as_it_was(tmp_path: Path) -> None:
     assert seen == 5
 
 
-def called(name: str, owner: subprocess.Popen[bytes]) -> Whiteboard:
+def called(name: str, server: subprocess.Popen[bytes]) -> Whiteboard:
     """The whiteboard of a run, as soon as it is there."""
     while True:
         try:
             return Whiteboard(name)
         except WhiteboardError:
-            assert owner.poll() is None, "the run has ended"
+            assert server.poll() is None, "the run has ended"
             time.sleep(0.01)
 
 
@@ -98,9 +98,9 @@ def called(name: str, owner: subprocess.Popen[bytes]) -> Whiteboard:
 def test_attached_it_only_looks(tmp_path: Path) -> None:
     name = f"debugged-{os.getpid()}"
     run = [sys.executable, "-m", "llfsm_verify", "run", LIGHTS, "--simulate", "--seed", "2", "--rate", "200"]
-    with subprocess.Popen([*run, "--whiteboard", name], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as owner:
+    with subprocess.Popen([*run, "--whiteboard", name], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as server:
         try:
-            with called(name, owner):
+            with called(name, server):
                 lines = ("step 2", "until ns@AMBER", "back", "step", "expect ns@AMBER", "until x > 3")
                 done = llfsm("debug", name, *commands(*lines))
                 assert done.returncode == 2
@@ -111,7 +111,7 @@ def test_attached_it_only_looks(tmp_path: Path) -> None:
                     assert refused.returncode == 2 and "would change the run" in refused.stdout
                 assert "needs the steps of the run" in llfsm("debug", name, *commands("why")).stdout
         finally:
-            owner.terminate()
+            server.terminate()
 
 
 def test_the_page_has_all_commands() -> None:

@@ -123,7 +123,7 @@ def test_a_policy_in_a_file_of_its_own_is_guarded_there(tmp_path):
     assert done.returncode == 0, done
     assert (tmp_path / "g" / "policy.yaml").read_text() == (
         "levels: [low, high, guard] # two\nmachines: {d: high, monitor: guard, switch: guard}\n"
-        "write: {speed: guard, alarm: guard, speed_wished: high}\n"
+        "write: {speed: guard, alarm: guard, speed_requested: high}\n"
     )
     assert (tmp_path / "policy.yaml").read_text() == policy
     assert "access: {file: policy.yaml}" in (tmp_path / "g" / "a.yaml").read_text()

@@ -83,25 +83,25 @@ def test_names_change_where_they_mean_the_output_and_all_else_stays(limiter):
         "switch.machine.yaml",
         "driver.machine.yaml",
     ]
-    assert made.files["driver.machine.yaml"] == DRIVER.replace("  speed:", "  speed_wished:").replace(
-        "0 * speed;", "0 * speed_wished;"
+    assert made.files["driver.machine.yaml"] == DRIVER.replace("  speed:", "  speed_requested:").replace(
+        "0 * speed;", "0 * speed_requested;"
     )
     expected = (
         LIMITER.replace(
-            "{out: speed, speed: speed}}", "{out: speed_wished, speed_wished: speed_wished}, on_fault: unload}"
+            "{out: speed, speed: speed}}", "{out: speed_requested, speed_requested: speed_requested}, on_fault: unload}"
         )
-        .replace("level = speed; // not", "level_wished = speed_wished; // not")
-        .replace("fast = speed;\n            level =", "fast = speed_wished;\n            level_wished =")
-        .replace("when: speed", "when: speed_wished")
-        .replace("level++", "level_wished++")
-        .replace("when: level", "when: level_wished")
+        .replace("level = speed; // not", "level_requested = speed_requested; // not")
+        .replace("fast = speed;\n            level =", "fast = speed_requested;\n            level_requested =")
+        .replace("when: speed", "when: speed_requested")
+        .replace("level++", "level_requested++")
+        .replace("when: level", "when: level_requested")
     )
     kept = [line for line in made.files["limiter.yaml"].split("\n") if line in expected.split("\n")]
     assert kept == expected.split("\n")
     added = [line for line in made.files["limiter.yaml"].split("\n") if line not in expected.split("\n")]
     assert [re.sub(r", parameters.*", "", line.strip()) for line in added] == [
-        "speed_wished: {type: 0..9, init: 0}",
-        "level_wished: {type: 0..9, init: 3}",
+        "speed_requested: {type: 0..9, init: 0}",
+        "level_requested: {type: 0..9, init: 3}",
         "alarm: {type: bool, init: false}",
         "on_fault: unload",
         "monitor: {file: monitor.machine.yaml",
@@ -230,7 +230,7 @@ def test_a_monitor_before_what_it_guards_is_too_slow(limiter):
 
 
 @pytest.mark.slow
-def test_wishes_count_again_after_a_time(limiter):
+def test_requests_count_again_after_a_time(limiter):
     made, lines = guarded(limiter, ["slow: G speed < 6"], {"speed": "0"}, until="after_ms(200)")
     assert proved(made, lines).exit_code == 0
     at_once, lines = guarded(limiter, ["slow: G speed < 6"], {"speed": "0"}, until="pedal < 3")
@@ -250,7 +250,7 @@ def test_a_guarded_arrangement_is_guarded_again(limiter, tmp_path):
         (tmp_path / "once" / name).write_text(text)
     twice, lines = guarded(tmp_path / "once" / "limiter.yaml", ["slower: G speed < 3"], {"speed": "2"})
     assert twice.names.guarded == ("switch",)
-    assert twice.names.wishes == {"speed": "speed_wished_2"}
+    assert twice.names.requests == {"speed": "speed_requested_2"}
     assert twice.arrangement.access.levels == ("behaviour", "guard", "guard_2")
     assert proved(twice, lines).exit_code == 0
     both = lines_of("slow: G speed < 6", "slower: G speed < 3")
@@ -348,7 +348,7 @@ def test_the_stroll_of_the_paper_is_kept_in_its_region_by_a_monitor_of_ones_own(
     unguarded = verify(load_arrangement_text(text), lines_of(REGION), Options(), "explicit")
     assert unguarded.properties[0].verdict is Verdict.VIOLATED
     made, lines = guarded(text, [REGION], {"speed": "0.0"}, own=("monitor.machine.yaml", monitor))
-    assert "speed_wished > 0 && position > 0.83" in made.files["monitor.machine.yaml"]
+    assert "speed_requested > 0 && position > 0.83" in made.files["monitor.machine.yaml"]
     assert proved(made, lines).exit_code == 0
     late = monitor.replace("0.83", "0.88")
     made, lines = guarded(text, [REGION], {"speed": "0.0"}, own=("monitor.machine.yaml", late))

@@ -102,22 +102,24 @@ def test_no_random_run_of_a_guarded_arrangement_leaves_the_property():
     spread(no_run_leaves_it, amount, st.data(), st.integers(1, 1000), until=each(TALLY, ["proved", "unguarded"]))
 
 
-def same(left, right, wishes, machines):
+def same(left, right, requests, machines):
     """Whether two typed trees differ only in places, in the names of routed outputs, and in commands to others than
     `machines`, which `suspend_all()` gives to monitors and switch, too."""
     if isinstance(left, Span):
         return isinstance(right, Span)
     if isinstance(left, Read) and left.variable.scope == "whiteboard":
-        name = wishes.get(left.variable.name, left.variable.name)
-        return isinstance(right, Read) and right.variable.name == name and same(left.path, right.path, wishes, machines)
+        name = requests.get(left.variable.name, left.variable.name)
+        return (
+            isinstance(right, Read) and right.variable.name == name and same(left.path, right.path, requests, machines)
+        )
     if isinstance(left, tuple):
         right = tuple(each for each in right if not isinstance(each, Command) or each.machine in machines)
-        return len(left) == len(right) and all(same(x, y, wishes, machines) for x, y in zip(left, right, strict=True))
+        return len(left) == len(right) and all(same(x, y, requests, machines) for x, y in zip(left, right, strict=True))
     if is_dataclass(left):
         words = ("text", "variable", *(("target",) if isinstance(left, Choose) else ()))
         parts = [f.name for f in fields(left) if f.name not in words]
         return type(left) is type(right) and all(
-            same(getattr(left, p), getattr(right, p), wishes, machines) for p in parts
+            same(getattr(left, p), getattr(right, p), requests, machines) for p in parts
         )
     return left == right
 
@@ -134,7 +136,7 @@ def renamed(data):
         raise
     names = {machine.name for machine in before.machines}
     for machine in before.machines:
-        assert same(machine.states, made.arrangement.machine(machine.name).states, made.names.wishes, names)
+        assert same(machine.states, made.arrangement.machine(machine.name).states, made.names.requests, names)
 
 
 @pytest.mark.slow

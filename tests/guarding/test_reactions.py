@@ -75,7 +75,7 @@ def test_the_switch_commands_and_takes_it_back():
         "states:\n"
         "  - name: WISHED\n"
         "    internal: |\n"
-        "      speed = speed_wished;\n"
+        "      speed = speed_requested;\n"
         "    on_exit: |\n"
         "      speed = parking;\n"
         "      driver_suspended = is_running(driver);\n"

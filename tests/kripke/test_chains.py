@@ -285,7 +285,7 @@ def test_a_saved_exploration_goes_on() -> None:
     whole = explored(program, chains=True)
     first = Explorer(program, Room(), chains=True)
     first.explore(len(whole.graph) // 2)
-    assert first.settle(10)
+    assert first.finish_batch(10)
     saved, sections = first.saved()
     data = [region.read(0, size) for region, size in sections]
 

@@ -63,7 +63,7 @@ def saved(text: str, *, chains: bool = False, edges: bool = True) -> Saved:
     program = lower(arrangement, bind(arrangement, lines).atoms)
     explorer = Explorer(program, endless_budget(), chains=chains, with_edges=edges)
     explorer.explore(60)
-    assert explorer.settle(10)
+    assert explorer.finish_batch(10)
     numbers, sections = explorer.saved()
     parts = [array(kind, region.read(0, size)) for kind, (region, size) in zip(KINDS, sections, strict=False)]
     found = Saved(program, chains, edges, {**numbers.header()}, parts)

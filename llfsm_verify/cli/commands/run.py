@@ -39,12 +39,12 @@ from llfsm_verify.runtime.live.preparing import script_of
 from llfsm_verify.runtime.live.serving import serve
 from llfsm_verify.runtime.live.signals import stopping
 from llfsm_verify.runtime.stepping.drawing import DrawingError
-from llfsm_verify.runtime.swapping.hot_swap import Succession
-from llfsm_verify.runtime.swapping.settings import Making
+from llfsm_verify.runtime.swapping.hot_swap import SwappableRun
+from llfsm_verify.runtime.swapping.settings import RunSettings
 from llfsm_verify.runtime.whiteboard.audit import ENDED, AuditLog, seal_of
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace
-from llfsm_verify.runtime.whiteboard.server import Owner, Taken
+from llfsm_verify.runtime.whiteboard.server import Server, Taken
 from llfsm_verify.runtime.whiteboard.shared import Shared
 
 VIOLATED, UNKNOWN = 1, 4
@@ -83,15 +83,15 @@ def run(options: Namespace) -> int:
         return usage("--hold and --draw are for --simulate without --inputs: they say how inputs are drawn")
     if options.simulate and options.inputs is None:
         seed = options.seed if options.seed is not None else random.SystemRandom().randrange(1 << 32)
-    making = Making(
+    settings = RunSettings(
         simulated=simulated, cycle_ms=options.cycle_ms, held=held, properties=properties, property_texts=texts,
         syntax=options.syntax, rate=options.rate if options.rate is not None else Fraction(1), seed=seed,
         hold=options.hold, draw=draw, jitter=options.jitter, strict=options.on_overrun == "stop",
-        heeds=options.on_violation == "stop", record=options.record, sources=draft.sources, digest=draft.digest,
-        limits=Limits(timeout=options.load_timeout, memory=options.load_memory),
+        stops_on_violation=options.on_violation == "stop", record=options.record, sources=draft.sources,
+        digest=draft.digest, limits=Limits(timeout=options.load_timeout, memory=options.load_memory),
     )  # fmt: skip
     try:
-        how = making.plan(given)
+        how = settings.plan(given)
     except ValueError as wrong:
         return usage(f"--set {wrong}")
     for name, reason in how.unmonitored.items():
@@ -99,7 +99,7 @@ def run(options: Namespace) -> int:
     if seed is not None and options.seed is None:
         print(f"seed {seed}", file=sys.stderr)
     try:
-        how.period(making.rate)
+        how.period(settings.rate)
     except ValueError as wrong:
         return usage(str(wrong))
     rounds, free, script = how.rounds(options.span), how.free, list[Prescribed]()
@@ -109,14 +109,14 @@ def run(options: Namespace) -> int:
         rounds = rounds if options.span is not None else steps
     code = how.code()
     specs = declared_ports(options.ports, code)
-    making = replace(making, fed=frozenset(name for spec in specs for name in spec.inputs))
+    settings = replace(settings, fed=frozenset(name for spec in specs for name in spec.inputs))
     problem = unusable(specs, held, options.arrangement)
     if options.panel and (writes_to_output(specs) or not sys.stdout.isatty()):
         problem = "--panel needs a terminal as standard output"
     if problem is not None:
         return usage(problem)
     try:
-        loop = making.first(how, code, rounds=rounds, free=free, script=script)
+        loop = settings.first(how, code, rounds=rounds, free=free, script=script)
     except DrawingError as wrong:
         return usage(f"--{wrong}")
     arrangement = how.arrangement
@@ -125,27 +125,27 @@ def run(options: Namespace) -> int:
         _enough_descriptors(),
         closing(Shared(options.whiteboard or "run", loop, served=options.whiteboard is not None)) as shared,
         _audited(options.audit, draft.digest, arrangement) as audit,
-        _served(options, shared, arrangement, making.fed, audit) as owner,
-        Succession(
-            draft, shared, making, arrangement, priority=options.priority, together=options.processes == "together"
+        _served(options, shared, arrangement, settings.fed, audit) as server,
+        SwappableRun(
+            draft, shared, settings, arrangement, priority=options.priority, together=options.processes == "together"
         ) as done,
         opened(specs, shared, done.stop, options.record) as ports,
         stopping(done.stop) as suspended,
         shown(options.panel, shared, arrangement.name, how.cycle) as pictures,
     ):
-        if owner is not None and not script:
-            owner.takes(done)
+        if server is not None and not script:
+            server.takes(done)
         done.start(
-            *([] if owner is None else [owner.follow]),
+            *([] if server is None else [server.follow]),
             *([] if ports is None else [following(ports)]),
             *([] if pictures is None else [pictures.follow]),
         )
-        serve(done, [one for one in (owner, ports, pictures, done) if one is not None])
+        serve(done, [one for one in (server, ports, pictures, done) if one is not None])
         report = done.report
         if ports is not None:
             ports.finish(report.ending)
-        if owner is not None:
-            owner.settle()
+        if server is not None:
+            server.note_left_out()
         if audit is not None:
             seals: dict[str, Json] = {str(path): seal_of(path) for path in done.recordings}
             audit.note(ENDED, {"ending": report.ending, "frames": report.frames, "recordings": seals})
@@ -203,20 +203,20 @@ def _audited(path: str | None, digest: str, arrangement: Arrangement) -> Iterato
 
 
 def _say_refused(what: str) -> None:
-    """On standard error, which somebody may not read; the owner says few of many."""
+    """On standard error, which somebody may not read; the server says few of many."""
     print(f"refused: {without_controls(what)[:MOST_SAID]}", file=sys.stderr)
 
 
 @contextmanager
 def _served(
     options: Namespace, shared: Shared, arrangement: Arrangement, fed: frozenset[str], audit: AuditLog | None
-) -> Iterator[Owner | None]:
+) -> Iterator[Server | None]:
     """Who answers those that read or post on the whiteboard that the options name."""
     if options.whiteboard is None:
         yield None
         return
     try:
-        owner = Owner(
+        server = Server(
             options.whiteboard,
             shared,
             Permissions.of(arrangement),
@@ -226,8 +226,8 @@ def _served(
         )
     except (Taken, NoPlace) as problem:
         raise DiagnosticError([Diagnostic(UNSERVED, str(problem), hint="give another name to --whiteboard")]) from None
-    with closing(owner):
-        yield owner
+    with closing(server):
+        yield server
 
 
 def _inputs(path: str, arrangement: Arrangement, program: Program) -> tuple[dict[str, int], list[Prescribed], int]:

@@ -171,10 +171,10 @@ class Checkpoints:
         """Save, unless the exploration is in the middle of something."""
         began = time.monotonic()
         try:
-            settled = search.explorer.settle(PATIENCE)
+            finished = search.explorer.finish_batch(PATIENCE)
         except LimitReached:
-            settled = False
-        if settled:
+            finished = False
+        if finished:
             numbers, sections = search.explorer.saved()
             walks: list[Json] = [_plain(t.violation) for t in search.tasks]
             if len(json.dumps(walks)) > LONGEST_WALKS:

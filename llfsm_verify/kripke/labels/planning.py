@@ -128,7 +128,7 @@ class Planner:
                 decided.refused.append((place, taken, "what depends on it is too large"))
                 continue
             for split in self._groups(place, own, touched):
-                self._settle(split, decided, letters)
+                self._decide(split, decided, letters)
         self._spare_letters(decided)
         return decided
 
@@ -154,7 +154,7 @@ class Planner:
                 keys = {n for t in mine for n in t.variables}
                 yield Split(place, tuple(members), mine, tuple(sorted(keys, key=lambda g: (g.var, repr(g.index)))))
 
-    def _settle(self, split: Split, decided: Decided, letters: Mapping[str, None]) -> None:
+    def _decide(self, split: Split, decided: Decided, letters: Mapping[str, None]) -> None:
         """Find the classes of a group, or why it has none, or leave it open."""
         told = split.place.slot is not None and self.program.observe == "cycle" and split.names & letters.keys()
         why: str | None = "a letter that comes later asks for it" if told else self._refusal(split)

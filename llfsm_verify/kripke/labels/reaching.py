@@ -21,7 +21,7 @@ MOST_ROUNDS = 64
 TOO_MANY = "its classes depend on {}, of which too many values can be reached"
 
 
-def settle(planner: Planner, decided: Decided, budget: Budget) -> None:
+def decide_reachable(planner: Planner, decided: Decided, budget: Budget) -> None:
     """Find the classes of the groups that are left open in `decided`, or refuse them.
 
     Raises LimitReached and KeyboardInterrupt.

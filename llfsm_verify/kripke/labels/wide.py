@@ -21,10 +21,10 @@ def labels_of(program: Program, budget: Budget) -> Labels | None:
         return None
     from llfsm_verify.kripke.labels.labels import Labels
     from llfsm_verify.kripke.labels.planning import Planner
-    from llfsm_verify.kripke.labels.reaching import settle
+    from llfsm_verify.kripke.labels.reaching import decide_reachable
 
     planner = Planner(program, budget.check)
     with planner.spending(budget.max_work):
         decided = planner.decide()
-        settle(planner, decided, budget)
+        decide_reachable(planner, decided, budget)
     return Labels(planner, decided)

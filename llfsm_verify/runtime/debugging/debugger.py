@@ -274,13 +274,13 @@ class Debugger:
             self.position = position
             return Went(begin, position)
         self.position = len(self.history)
-        went = self._forwards(lambda: "" if self.position >= position else None, heeds=False)
+        went = self._forwards(lambda: "" if self.position >= position else None, stops_on_violation=False)
         return Went(begin, went.end, went.reason)
 
     def _begins_cycle(self) -> bool:
         return self.position == 0 or bool(self._cycle(self.record()))
 
-    def _forwards(self, enough: Callable[[], str | None], *, heeds: bool = True) -> Went:
+    def _forwards(self, enough: Callable[[], str | None], *, stops_on_violation: bool = True) -> Went:
         begin, self._stopped = self.position, False
         while True:
             tick()
@@ -289,7 +289,7 @@ class Debugger:
                 if reason is not None:
                     return Went(begin, self.position, reason)
                 found = enough()
-                broken = self._broken() if heeds else None
+                broken = self._broken() if stops_on_violation else None
             except DebugError as error:
                 if self.position == begin:
                     raise

@@ -78,7 +78,7 @@ class FrameMonitors:
             if shows or ending == "ended":
                 self._step(frame, ticks=True)
         if ending == "ended":
-            self._settle()
+            self._decide_at_end()
         elif ending != "running":
             self._open = f"the run ended in another way: {ending}"
         return [
@@ -110,7 +110,7 @@ class FrameMonitors:
         for watch in self._watches:
             watch.unknown(count, within_a_cycle=within)
 
-    def _settle(self) -> None:
+    def _decide_at_end(self) -> None:
         """The last letter repeats forever."""
         if self._word is None:
             return
@@ -122,7 +122,7 @@ class FrameMonitors:
             if names & self._worldly:
                 watch.reason = watch.reason or "inputs may change after the end"
             else:
-                watch.settle(stem, loop, assumed=assumed)
+                watch.decide_on_lasso(stem, loop, assumed=assumed)
 
     @property
     def results(self) -> list[Decided]:

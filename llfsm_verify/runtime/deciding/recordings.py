@@ -71,7 +71,7 @@ def check(arrangement: Arrangement, properties: PropertySet, recording: Recordin
             if worldly & {*watch.goal.atoms, *given}:
                 watch.reason = "inputs may change after the end"
             else:
-                watch.settle(stem, loop, assumed=assumed)
+                watch.decide_on_lasso(stem, loop, assumed=assumed)
     open_end = "the recording ended before a verdict"
     if recording.damaged or recording.lost:
         open_end += f": {recording.damaged or recording.lost}"
@@ -98,7 +98,7 @@ class Watch:
             self.verdict = "violated" if verdict is MonitorVerdict.FALSE else "satisfied"
             self.place = step, frame
 
-    def settle(self, stem: Sequence[Letter], loop: Sequence[Letter], *, assumed: bool) -> None:
+    def decide_on_lasso(self, stem: Sequence[Letter], loop: Sequence[Letter], *, assumed: bool) -> None:
         """The run goes round the loop forever."""
         if self.verdict == "undecided":
             try:

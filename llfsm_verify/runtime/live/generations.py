@@ -24,7 +24,7 @@ TRIES = 1 << 16
 """How often a reader looks again for the newest frame."""
 
 # Words of the header.
-MAGIC, VERSION, WORDS, EPOCH, OWNER, PERIOD = range(6)
+MAGIC, VERSION, WORDS, EPOCH, SERVER, PERIOD = range(6)
 NEWEST = 8  # on a cache line of its own
 MAGIC_NUMBER = int.from_bytes(b"llfsm-wb", "little")
 FORMAT_VERSION = 2

@@ -30,7 +30,7 @@ from llfsm_verify.runtime.live.frame import (
 from llfsm_verify.runtime.live.memory import store, words
 from llfsm_verify.runtime.live.monitors import verdicts_of
 from llfsm_verify.runtime.live.text import live_text
-from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing, likes_of
+from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing, representatives
 from llfsm_verify.runtime.stepping.monitored import first_letter, first_states, places
 from llfsm_verify.runtime.stepping.visited import state_places, states_of, unvisited
 from llfsm_verify.semantics.operators import OPERATOR
@@ -107,10 +107,10 @@ class Loop:
         drawn: Iterable[str] = (),
         law: Drawing = ANEW,
         strict: bool = False,
-        heeds: bool = False,
+        stops_on_violation: bool = False,
     ) -> None:
         self.code = code
-        self.heeds = heeds
+        self.stops_on_violation = stops_on_violation
         """A property that is violated ends the run."""
         layout, frames = code.layout, code.frames
         self._record = words(max(8, layout.record_bytes) // 8)
@@ -127,18 +127,18 @@ class Loop:
         self._states_of = states_of(code.program)
         self._visited = words(max(1, len(self._states_of)))
         self._script: ctypes.Array[ctypes.c_int64] | None = None
-        told = {
+        block = {
             control.TURNS: -1, control.PERIOD: period, control.JITTER: period // 2 if jitter is None else jitter,
             control.STRICT: int(strict), control.IMAGE: ctypes.addressof(self.frame),
             control.PREVIOUS: ctypes.addressof(self._previous),
             control.HISTOGRAM: ctypes.addressof(self.histogram), control.LAST: -1, control.ROUNDS: -1,
             control.MINE: -1,
         }  # fmt: skip
-        for word, value in told.items():
+        for word, value in block.items():
             self._control[word] = value
         if seed is not None:
             choices, parts = code.program.choices, len(code.program.processes)
-            table = law.table(choices, likes_of(code.program, set(drawn)), parts)
+            table = law.table(choices, representatives(code.program, set(drawn)), parts)
             self._drawn = words(max(1, len(table)))
             store(table, self._drawn)
             self._control[control.DRAWN] = ctypes.addressof(self._drawn)
@@ -168,7 +168,7 @@ class Loop:
         ctypes.memmove(self._record, record, len(record))
 
     @property
-    def told(self) -> ctypes.Array[ctypes.c_int64]:
+    def control(self) -> ctypes.Array[ctypes.c_int64]:
         """The control block (`runtime.live.control`)."""
         return self._control
 
@@ -258,10 +258,10 @@ class Loop:
 
         `newest`: the last frame that was published, None where there was none. It may be that a later one is recorded.
         """
-        told, frames = self._control, self.code.frames
-        log = told[control.LOG]
-        recorded = told[control.RECORDED] if log else 0
-        if log and told[control.RECORDED_BYTES] != ctypes.c_int64.from_address(log).value:
+        block, frames = self._control, self.code.frames
+        log = block[control.LOG]
+        recorded = block[control.RECORDED] if log else 0
+        if log and block[control.RECORDED_BYTES] != ctypes.c_int64.from_address(log).value:
             recorded = 0  # it was about to be
         if newest is None and not recorded:
             store([0] * frames.words, self._previous)
@@ -279,7 +279,7 @@ class Loop:
         store(newest[frames.monitors :], self._states)
         self.decide()
 
-    def stand(self, record: bytes, states: Sequence[int]) -> None:
+    def begin_at(self, record: bytes, states: Sequence[int]) -> None:
         """Begin in another place than the program does: with this record, and these states of monitors. It is to be
         called before the first frame.
         """

@@ -69,7 +69,7 @@ class Plan:
         law: Drawing = ANEW,
         jitter: Fraction | None = None,
         strict: bool = False,
-        heeds: bool = False,
+        stops_on_violation: bool = False,
         free: Mapping[str, int] = MappingProxyType({}),
         fed: Collection[str] = (),
         script: Sequence[Prescribed] = (),
@@ -77,8 +77,9 @@ class Plan:
         """A loop at its beginning. With `seed`, inputs that are neither held nor `fed` are drawn, by `law`."""
         loop = Loop(
             code, period=period, seed=seed, drawn=drawn_choices(self.program, self.held, fed), law=law,
-            jitter=None if jitter is None else int(jitter * NANOSECONDS), strict=strict, heeds=heeds,
-            free={**self.free, **free}, held={**starting_values(self.program), **self.held},
+            jitter=None if jitter is None else int(jitter * NANOSECONDS), strict=strict,
+            stops_on_violation=stops_on_violation, free={**self.free, **free},
+            held={**starting_values(self.program), **self.held},
         )  # fmt: skip
         loop.prescribe(script)
         loop.limit(rounds)

@@ -85,7 +85,7 @@ class Running(ABC):
         priority: int | None = None,
     ) -> None:
         self.loop = loop
-        loop.told[control.SETTLE] = bool(loop.code.monitors)
+        loop.control[control.UNTIL_SETTLED] = bool(loop.code.monitors)
         self._shared = shared
         self._recorder = recorder
         self._priority = priority
@@ -127,7 +127,7 @@ class Running(ABC):
         """
         self._hand_over = to
         if not self._stopping:
-            self.loop.told[control.STOP] = control.PAUSE
+            self.loop.control[control.STOP] = control.PAUSE
         if self._stopping:  # a signal came in between
             self.loop.stop()
 
@@ -141,13 +141,13 @@ class Running(ABC):
         if to is not None and not self._stopping and to():
             self.handed_over = True
             return True
-        self.loop.told[control.STOP] = 0
+        self.loop.control[control.STOP] = 0
         if self._stopping:  # perhaps a signal came in between
             self.loop.stop()
         return False
 
     def _has_paused(self, reason: int) -> bool:
-        return reason == control.TOLD and self.loop.told[control.STOP] == control.PAUSE
+        return reason == control.TOLD and self.loop.control[control.STOP] == control.PAUSE
 
     def _count_time(self) -> None:
         self._seconds = (time.monotonic_ns() - self._began[0]) / 1e9 if self._began[0] else 0.0
@@ -168,7 +168,7 @@ class Running(ABC):
         """Turns until there is a reason to return that others must know."""
         reason = control.FULL
         while reason in (control.FULL, control.DECIDED):
-            if self.loop.heeds and "violated" in self.loop.verdicts:  # it may be so before the first turn
+            if self.loop.stops_on_violation and "violated" in self.loop.verdicts:  # it may be so before the first turn
                 return control.DECIDED
             reason = self.loop.go()
             if reason == control.DECIDED:
@@ -209,7 +209,7 @@ class Running(ABC):
 
     def _reach(self) -> None:
         """Let the recording go on in this process."""
-        if self._recorder is not None and self.loop.told[control.LOG]:
+        if self._recorder is not None and self.loop.control[control.LOG]:
             try:
                 self._recorder.reach()
             except OSError as error:
@@ -232,12 +232,12 @@ class Running(ABC):
     def report(self) -> RunReport:
         """How it went, after it has ended."""
         loop = self.loop
-        told, frame = loop.told, loop.frame
+        block, frame = loop.control, loop.frame
         ending = loop.ending
         site = loop.code.program.faults[loop.status - 1] if ending == "fault" else None
         cycles = frame[CYCLE] + (loop.number > 2 or loop.steps > 0)
         return RunReport(
-            ending, site, loop.number, cycles, loop.steps, self._seconds, told[control.REFUSED], lateness(loop),
+            ending, site, loop.number, cycles, loop.steps, self._seconds, block[control.REFUSED], lateness(loop),
             self._granted, self._unrecorded, loop.number if self._unrecorded is None else self._recorded,
             frame[DETAIL], tuple(zip(loop.code.monitors, loop.verdicts, loop.decided, strict=True)), loop.never_visited,
         )  # fmt: skip
@@ -371,10 +371,10 @@ class Run(Running):
 
 def lateness(loop: Loop) -> Lateness | None:
     """How late the turns of a loop have begun so far; None: it does not wait."""
-    told, counts = loop.told, list(loop.histogram)
-    if not told[control.PERIOD]:
+    block, counts = loop.control, list(loop.histogram)
+    if not block[control.PERIOD]:
         return None
-    return Lateness(sum(counts), percentiles(counts), told[control.WORST], told[control.OVERRUNS], loop.frame[MOVED])
+    return Lateness(sum(counts), percentiles(counts), block[control.WORST], block[control.OVERRUNS], loop.frame[MOVED])
 
 
 def percentiles(counts: Sequence[int]) -> tuple[tuple[float, int], ...]:

@@ -114,7 +114,7 @@ class Supervised(Running):
             if not self._has_token(number, 0 if paused else LAST_TOKEN * (1 + number)):
                 return None
             paused = False
-            self.loop.told[control.MINE] = self._mine[number]
+            self.loop.control[control.MINE] = self._mine[number]
             self._reach()
             if not self.loop.number:
                 self._began[0] = time.monotonic_ns()
@@ -124,7 +124,7 @@ class Supervised(Running):
             except BrokenProgramError:
                 return {"broken": True}
             if reason == control.HANDED:
-                os.write(self._tokens[self.loop.told[control.NEXT]][1], b"t")
+                os.write(self._tokens[self.loop.control[control.NEXT]][1], b"t")
             elif self._has_paused(reason):
                 os.write(says, json.dumps({"paused": number, **self._news(reason)}).encode() + b"\n")
                 reason, paused = control.HANDED, True
@@ -136,10 +136,10 @@ class Supervised(Running):
             "reason": reason, "granted": self._granted, "unrecorded": self._unrecorded, "recorded": self._recorded,
         }  # fmt: skip
 
-    def _say(self, says: int, told: dict[str, object] | None) -> None:
-        if told is not None:
+    def _say(self, says: int, news: dict[str, object] | None) -> None:
+        if news is not None:
             with suppress(BrokenPipeError):
-                os.write(says, json.dumps(told).encode() + b"\n")
+                os.write(says, json.dumps(news).encode() + b"\n")
             self._lifeline.wait()  # until the supervisor has ended the run and this process, or has died
 
     def _has_token(self, number: int, milliseconds: int) -> bool:
@@ -183,17 +183,17 @@ class Supervised(Running):
             self._kill()
             self.loop.resume(self._newest)
         else:
-            told = json.loads(said)
-            if told.get("broken"):
+            news = json.loads(said)
+            if news.get("broken"):
                 raise BrokenProgramError(self.loop.code.program.name)
-            if "error" in told:
-                raise DiedError(told["error"])
-            if "paused" in told and not self._paused(told["paused"]):
+            if "error" in news:
+                raise DiedError(news["error"])
+            if "paused" in news and not self._paused(news["paused"]):
                 return
-            ending = self._why(told["reason"])
-            self._granted = told["granted"]
-            if told["unrecorded"] is not None:
-                self._unrecorded, self._recorded = told["unrecorded"], told["recorded"]
+            ending = self._why(news["reason"])
+            self._granted = news["granted"]
+            if news["unrecorded"] is not None:
+                self._unrecorded, self._recorded = news["unrecorded"], news["recorded"]
         self._reach()
         self.loop.end(*ending)
         self._count_time()

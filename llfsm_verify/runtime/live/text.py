@@ -704,7 +704,7 @@ entry:
   %cursor.p = getelementptr i64, ptr %t, i64 <CURSOR>
   %overruns.p = getelementptr i64, ptr %t, i64 <OVERRUNS>
   %strict.p = getelementptr i64, ptr %t, i64 <STRICT>
-  %settle.p = getelementptr i64, ptr %t, i64 <SETTLE>
+  %settle.p = getelementptr i64, ptr %t, i64 <UNTIL_SETTLED>
   %settled.p = getelementptr i64, ptr %t, i64 <SETTLED>
   %late.p = getelementptr i64, ptr %t, i64 <LATE>
   %image.p = getelementptr i64, ptr %t, i64 <IMAGE>

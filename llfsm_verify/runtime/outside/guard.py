@@ -34,7 +34,7 @@ LOST = ("running", "died", "replaced")
 
 
 def request(order: Order) -> dict[str, Json]:
-    """An order as an owner is asked for it."""
+    """An order as a server is asked for it."""
     if order.kind is None:
         return {"post": {order.target: order.value}}
     return {"command": [order.kind, order.target, *([] if order.value is None else [order.value])]}
@@ -139,7 +139,7 @@ class OutsideGuard:
         self._over()
 
     def _last_answers(self) -> Iterator[Acted]:
-        """An order may be what ended the run: the owner still answers, or closes the connection."""
+        """An order may be what ended the run: the server still answers, or closes the connection."""
         poll = select.poll()
         poll.register(self._board.fileno(), select.POLLIN)
         while self._sent and not self._board.is_gone and poll.poll(None if SECONDS is None else 1000 * SECONDS):
@@ -188,7 +188,7 @@ class OutsideGuard:
         refused = []
         for answer in self._board.answers():
             if not self._sent:
-                raise WhiteboardError(f"the owner of `{self._board.name}` answers a question that nobody asked")
+                raise WhiteboardError(f"the server of `{self._board.name}` answers a question that nobody asked")
             waiting = self._sent.popleft()
             match answer:
                 case {"error": why}:
@@ -198,7 +198,7 @@ class OutsideGuard:
                 case {"ok": True} if waiting.order.kind is None:
                     pass  # a frame shows when the input has the value
                 case _:
-                    raise WhiteboardError(f"the owner of `{self._board.name}` does not answer what was asked")
+                    raise WhiteboardError(f"the server of `{self._board.name}` does not answer what was asked")
         if refused:
             raise PostRefused("; ".join(refused))
 
@@ -221,7 +221,7 @@ class OutsideGuard:
                 f"the run was over before {named} came, or nobody said so: frame {number:,} was its last one ({ending})"
             )
         if ending in LOST:
-            why = {"running": "its owner is gone", "died": "it died", "replaced": "it goes on as another one"}[ending]
+            why = {"running": "its server is gone", "died": "it died", "replaced": "it goes on as another one"}[ending]
             raise WhiteboardError(f"the run is lost, and is not watched any more: {why} after frame {number:,}")
 
 

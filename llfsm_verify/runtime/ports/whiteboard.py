@@ -19,7 +19,7 @@ from llfsm_verify.runtime.whiteboard.places import NoPlace, socket_path
 from llfsm_verify.values import Shown
 
 RETRY = 1.0
-"""Seconds between two calls of an owner who is not there."""
+"""Seconds between two calls of a server who is not there."""
 
 
 class BoardPort:
@@ -32,7 +32,7 @@ class BoardPort:
         self._link = link
         self._name = name
         self._calling: socket.socket | None = None
-        """A call that the owner has not answered yet; it may wait for us as we wait for it."""
+        """A call that the server has not answered yet; it may wait for us as we wait for it."""
         self._board: Whiteboard | None = None
         self._last = 0
         self._next = 0.0
@@ -75,7 +75,7 @@ class BoardPort:
             if view.ending not in ("running", "died"):
                 raise WhiteboardError(f"the run of `{self._name}` is over: {view.ending}")
         if board.is_gone:
-            raise WhiteboardError(f"the owner of `{self._name}` is gone")
+            raise WhiteboardError(f"the server of `{self._name}` is gone")
 
     def send(self, values: Mapping[str, Shown]) -> None:
         """See `Port`: there are no outputs."""

@@ -102,11 +102,11 @@ class Recorder:
                 os.pwrite(self._file, head, 0)
                 self._first = mmap.mmap(self._file, PAGE, offset=self._data)
                 self._first[HEAD - CHECK_BYTES : HEAD] = zlib.crc32(head).to_bytes(CHECK_BYTES, "little")
-                loop.told[control.LOG] = _address(self._first)
+                loop.control[control.LOG] = _address(self._first)
                 self.grow()
             except OSError:
-                if loop.told[control.LOG]:
-                    loop.told[control.LOG] = 0  # it is unmapped now, and the loop must not write there
+                if loop.control[control.LOG]:
+                    loop.control[control.LOG] = 0  # it is unmapped now, and the loop must not write there
                     self._first.close()
                 os.close(self._file)
                 self.path.unlink()
@@ -139,9 +139,9 @@ class Recorder:
         if self._window is None or not self._begin <= at - CHECK_BYTES <= at <= self._end - self._largest:
             self.grow()
             return
-        told, first = self._loop.told, _address(self._window) - self._begin
-        told[control.CURSOR] = told[control.ENTRY] = first + at
-        told[control.LIMIT] = first + self._end
+        block, first = self._loop.control, _address(self._window) - self._begin
+        block[control.CURSOR] = block[control.ENTRY] = first + at
+        block[control.LIMIT] = first + self._end
 
     def fileno(self) -> int:
         """The file."""
@@ -158,7 +158,7 @@ class Recorder:
         return int.from_bytes(self._first[WORD : WORD + 2], "little")
 
     def _close(self, why: int) -> None:
-        self._loop.told[control.LOG] = OPEN
+        self._loop.control[control.LOG] = OPEN
         if self._closed == OPEN and why != OPEN:
             self._first[WORD : WORD + 4] = (why | (why ^ 0xFFFF) << 16).to_bytes(4, "little")
 

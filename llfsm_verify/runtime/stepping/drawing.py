@@ -63,17 +63,17 @@ class Drawing:
         """Whether it keeps its value for stretches."""
         return self.hold is not None and choice.kind != "age" and not choice.name.startswith(OPERATOR)
 
-    def table(self, choices: Sequence[Choice], likes: Sequence[int], parts: int) -> list[int]:
+    def table(self, choices: Sequence[Choice], represented: Sequence[int], parts: int) -> list[int]:
         """For machine code (`backends.native.loops`, draw), as words with a sign.
 
-        For each choice its own number, that of the one that it is like, or -1 (`likes`); up to which random word it
-        keeps its value (0: never), and where its pieces begin (0: there are none). Then the pieces.
+        For each choice its own number, that of the choice that represents it, or -1 (`represented`); up to which random
+        word it keeps its value (0: never), and where its pieces begin (0: there are none). Then the pieces.
         """
         rows, tail = list[int](), list[int]()
-        for choice, like in zip(choices, likes, strict=True):
+        for choice, by in zip(choices, represented, strict=True):
             pieces = self.of(choice)
             at = ROW * len(choices) + len(tail) if pieces else 0
-            rows += (like, int(ALL * (1 - self.change(parts))) if self.holds(choice) else 0, at)
+            rows += (by, int(ALL * (1 - self.change(parts))) if self.holds(choice) else 0, at)
             tail += [word for piece in pieces for word in piece]
         return [word - (1 << 64) if word >> 63 > 0 else word for word in rows + tail]
 
@@ -112,8 +112,10 @@ class Draws:
         """For machine code that goes on with the run: the values of choices now, and its table (none: of no use)."""
         if self.how == ANEW:
             return {}, []
-        likes = likes_of(program, {choice.name for choice in program.choices}, single=self.how.hold is None)
-        return self.next(program.choices, source), self.how.table(program.choices, likes, self._parts)
+        represented = representatives(
+            program, {choice.name for choice in program.choices}, single=self.how.hold is None
+        )
+        return self.next(program.choices, source), self.how.table(program.choices, represented, self._parts)
 
     def note(self, choices: Sequence[Choice], values: Sequence[int]) -> None:
         """What machine code has drawn, as words with a sign."""
@@ -130,17 +132,17 @@ class Draws:
         return piece.low + source.randrange(piece.size)
 
 
-def likes_of(program: Program, names: set[str], *, single: bool = False) -> list[int]:
+def representatives(program: Program, names: set[str], *, single: bool = False) -> list[int]:
     """For each choice its own number where it is drawn, that of the first choice of the same input (unless `single`
     reads have values of their own), or -1."""
     first: dict[str, int] = {}
-    likes = []
+    represented = []
     for number, choice in enumerate(program.choices):
         if choice.name in names:
-            likes.append(first.setdefault(choice.input, number) if choice.input and not single else number)
+            represented.append(first.setdefault(choice.input, number) if choice.input and not single else number)
         else:
-            likes.append(-1)
-    return likes
+            represented.append(-1)
+    return represented
 
 
 def _is_command(choice: Choice) -> bool:

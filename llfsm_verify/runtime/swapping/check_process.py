@@ -55,7 +55,7 @@ class Check:
             raise
         if not self._pid:
             try:
-                _settle(supervisor)
+                _go_to_background(supervisor)
                 close_but({0, 1, 2, self._file})
                 _write(self._file, work())
             except BaseException:  # noqa: BLE001 - what is not answered is refused
@@ -93,7 +93,7 @@ class Check:
             self._answer = Finding(None, "the check was ended", ())
 
 
-def _settle(supervisor: int) -> None:
+def _go_to_background(supervisor: int) -> None:
     """This process takes what others leave, ends with the supervisor, and leaves signals to it."""
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != supervisor:
@@ -104,16 +104,16 @@ def _settle(supervisor: int) -> None:
 
 
 def _write(file: int, answer: Finding) -> None:
-    """One line of JSON, and the places one after the other."""
-    places = sorted(answer.accepted.places) if answer.accepted is not None else []
+    """One line of JSON, and the points one after the other."""
+    points = sorted(answer.accepted.points) if answer.accepted is not None else []
     head = {
         "accepted": answer.accepted is not None,
         "reason": answer.reason,
         "notes": answer.notes,
-        "width": len(places[0]) if places else 0,
+        "width": len(points[0]) if points else 0,
     }
     with os.fdopen(os.dup(file), "wb") as out:
-        out.write(json.dumps(head).encode() + b"\n" + b"".join(places))
+        out.write(json.dumps(head).encode() + b"\n" + b"".join(points))
 
 
 def _read(file: int, status: int) -> Finding:
@@ -127,6 +127,6 @@ def _read(file: int, status: int) -> Finding:
     accepted = None
     if head["accepted"]:
         width = head["width"]
-        places = frozenset(data[at : at + width] for at in range(0, len(data), width))
-        accepted = Accepted(places, tuple(head["notes"]))
+        points = frozenset(data[at : at + width] for at in range(0, len(data), width))
+        accepted = Accepted(points, tuple(head["notes"]))
     return Finding(accepted, head["reason"], tuple(head["notes"]))

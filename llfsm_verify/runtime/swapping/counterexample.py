@@ -18,14 +18,14 @@ from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.plan import monitored
 from llfsm_verify.runtime.live.preparing import safe_values, starting_values
 from llfsm_verify.runtime.recording.file import Recorder
-from llfsm_verify.runtime.swapping.update_check import Happening, Refusal
+from llfsm_verify.runtime.swapping.update_check import Counterexample, Refusal
 
 
 class Interleaved(Exception):
     """The run takes turns of several processes in the middle of each other's cycles, which no run does."""
 
 
-def record_foreseen(
+def record_counterexample(
     refusal: Refusal, following: Arrangement, properties: PropertySet, header: Mapping[str, Json], path: Path | None
 ) -> int:
     """Perform what `refusal` says would happen, and record it at `path`; how many cycles it takes.
@@ -33,12 +33,12 @@ def record_foreseen(
     Interleaved: it cannot be performed so. Disagreement: the executor does something else. DiagnosticError: the
     recording cannot be written.
     """
-    happening = refusal.happening
-    assert happening is not None
+    counterexample = refusal.counterexample
+    assert counterexample is not None
     program, monitors, _ = monitored(following, properties)
-    turns = list(_turns(program, happening))
+    turns = list(_turns(program, counterexample))
     loop = Loop(LiveCode(program, monitors, safe_values(following)), held=starting_values(program))
-    loop.stand(happening.record, happening.states)
+    loop.begin_at(counterexample.record, counterexample.states)
     recorder = None if path is None else Recorder(path, header, loop)
     try:
         loop.begin(0)
@@ -52,7 +52,7 @@ def record_foreseen(
                 recorder.reach()
         watched = refusal.broken is not None and refusal.broken in monitors
         seen = watched and loop.verdicts[list(monitors).index(str(refusal.broken))] == "violated"
-        if watched and not seen and not happening.endless:
+        if watched and not seen and not counterexample.endless:
             raise Disagreement(f"the executor does not violate `{refusal.broken}` in the run that was found")
         if (refusal.broken is None) != bool(status):
             raise Disagreement("the executor does not end in a fault where the run that was found does")
@@ -89,12 +89,12 @@ def _perform(loop: Loop, moves: Sequence[Move]) -> int:
     return loop.perform(process, choices, script)
 
 
-def _turns(program: Program, happening: Happening) -> Iterator[list[Move]]:
+def _turns(program: Program, counterexample: Counterexample) -> Iterator[list[Move]]:
     """The moves of each turn. What the executor does alone decides where a cycle ends."""
     execution = Execution(program)
-    record, turn = happening.record, list[Move]()
+    record, turn = counterexample.record, list[Move]()
     cycle = execution.layout.reader(program.cycle)
-    for move in happening.moves:
+    for move in counterexample.moves:
         if move.process is None:
             break  # the arrangement has ended, and so has its run
         if turn and turn[0].process != move.process:

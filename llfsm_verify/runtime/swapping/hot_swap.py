@@ -1,9 +1,10 @@
 """A run that goes on with another machine or policy: as one stands aside, the next one takes its place as a cycle ends.
 
 What takes long (reading, compiling, allocating) is done on a thread, while the run goes on, and in another process the
-change is checked (`examining`). Then the processes of the
-next run are forked and wait. The run pauses after a cycle, where it stands is said in the variables of the new program
-(`carrying`), and the token goes to the new processes: a pause of a millisecond or so, and no process in between.
+change is checked (`update_check`). Then the processes of the next run are forked and wait. The run pauses after a
+cycle, its state is transferred to the variables of the new program (`state_transfer`), and the token goes to the new
+processes: a pause of a millisecond or so, and no process in between. In the field's words it is dynamic software
+updating (M. Hicks, S. Nettles, ACM TOPLAS 27(6), 2005) with checked update points.
 """
 
 from __future__ import annotations
@@ -26,10 +27,10 @@ from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.run import Run, Running, RunReport
 from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.swapping.check_process import Check
-from llfsm_verify.runtime.swapping.check_task import Task
-from llfsm_verify.runtime.swapping.settings import Loaded, Making
-from llfsm_verify.runtime.swapping.state_transfer import Uncarried, carried
-from llfsm_verify.runtime.swapping.update_points import place_of
+from llfsm_verify.runtime.swapping.check_task import CheckTask
+from llfsm_verify.runtime.swapping.settings import Loaded, RunSettings
+from llfsm_verify.runtime.swapping.state_transfer import Untransferable, transferred
+from llfsm_verify.runtime.swapping.update_points import update_point
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.writers import Refused
 
@@ -88,7 +89,7 @@ class _Asked:
         if self.check is None:
             return True
         accepted = self.check.answer.accepted
-        return accepted is not None and place_of(loop.code, loop.record, loop.states) in accepted.places
+        return accepted is not None and update_point(loop.code, loop.record, loop.states) in accepted.points
 
     def close(self) -> None:
         """Nobody waits for the check any more."""
@@ -106,7 +107,7 @@ class _Asked:
             name = self.loaded.change.name
             own = [d for d in error.diagnostics if name == (d.file if d.span is None else d.span.source.name)]
             self.problem = "; ".join(_line(d) for d in own or error.diagnostics)
-        except (ValueError, Uncarried) as error:
+        except (ValueError, Untransferable) as error:
             self.problem = str(error)
         except Exception as error:  # noqa: BLE001 - who asked is told, and the run goes on
             self.problem = f"it cannot be made: {type(error).__name__}: {error}"
@@ -123,7 +124,7 @@ class _Next(NamedTuple):
     left: ExitStack
 
 
-class Succession:
+class SwappableRun:
     """Runs one after the other, as one. It is made with the first, whose processes are forked then.
 
     `draft` is what was read of its arrangement; None: it does not come from files, and is not changed. With `threaded`
@@ -131,14 +132,14 @@ class Succession:
     """
 
     def __init__(
-        self, draft: Draft | None, shared: Shared, making: Making, arrangement: Arrangement, *,
+        self, draft: Draft | None, shared: Shared, settings: RunSettings, arrangement: Arrangement, *,
         priority: int | None = None, together: bool = False, threaded: bool = False,
     ) -> None:  # fmt: skip
         self.shared = shared
         """Of the run that goes on now."""
         self.arrangement = self._began = arrangement
         """As it runs now."""
-        self._draft, self._making = draft, making
+        self._draft, self._settings = draft, settings
         self._priority, self._together, self._threaded = priority, together, threaded
         self._loaded: tuple[Loaded, ...] = ()
         self._earlier: tuple[tuple[Draft, str | None], ...] = ()
@@ -164,7 +165,7 @@ class Succession:
         self._ends.register(self._run.fileno(), select.EPOLLIN)
 
     def _made(self, arrangement: Arrangement, shared: Shared, loaded: tuple[Loaded, ...]) -> Running:
-        recorder = self._making.recorder(arrangement, shared.loop, loaded)
+        recorder = self._settings.recorder(arrangement, shared.loop, loaded)
         if recorder is not None:
             self.recordings.append(recorder.path)
         if self._threaded:
@@ -209,7 +210,7 @@ class Succession:
         loaded = Loaded(change, unchecked)
 
         def make() -> Made:
-            arrangement, loop = self._making.loop(resolve(draft))
+            arrangement, loop = self._settings.loop(resolve(draft))
             if isinstance(change, NewPolicy) and (given := list(rights_given(self._began, arrangement))):
                 raise DiagnosticError(given)
             _compare(running, loop)
@@ -248,10 +249,10 @@ class Succession:
         """Begin the check of a change from where the run stands."""
         newest = self.shared.segment.newest()
         assert newest is not None, "`admit` has seen a frame"
-        code, making = self.shared.loop.code, self._making
+        code, settings = self.shared.loop.code, self._settings
         record, states = code.frames.record_of(newest), tuple(newest[code.frames.monitors :])
-        task = Task(making, before, draft, (*self._loaded, loaded), code, record, states, self._earlier)
-        return Check(task.finding, making.limits)
+        task = CheckTask(settings, before, draft, (*self._loaded, loaded), code, record, states, self._earlier)
+        return Check(task.finding, settings.limits)
 
     def serve(self, seconds: float) -> None:  # noqa: ARG002 - there is nothing to wait for
         """Let the next run take over, when it has been made."""
@@ -309,8 +310,8 @@ class Succession:
             self._refuse("the run is in a configuration from which loading was not checked")
             return False
         try:
-            record = carried(before.code, before.record, loop.code, loop.record, machine)
-        except Uncarried as problem:
+            record = transferred(before.code, before.record, loop.code, loop.record, machine)
+        except Untransferable as problem:
             self._drop_next()
             self._refuse(str(problem))
             return False
@@ -380,7 +381,7 @@ def _line(found: Diagnostic) -> str:
 
 
 def _compare(running: Loop, following: Loop) -> None:
-    """Uncarried: the monitors of a run cannot go on in another one."""
+    """Untransferable: the monitors of a run cannot go on in another one."""
     before, after = running.code, following.code
     if before.monitors != after.monitors or before.tables != after.tables:
-        raise Uncarried("a property that is monitored would need another monitor")
+        raise Untransferable("a property that is monitored would need another monitor")

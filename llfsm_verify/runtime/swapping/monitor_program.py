@@ -45,7 +45,7 @@ def within_names(program: Program) -> list[str]:
     return [f"{WITHIN}{number}" for number in range(len(program.processes))]
 
 
-def watched(program: Program, monitors: Sequence[Monitor], tables: Sequence[WalkTable]) -> Program:
+def with_monitors(program: Program, monitors: Sequence[Monitor], tables: Sequence[WalkTable]) -> Program:
     """The program with these monitors, which step where a letter is. They begin in the states in which they have read
     nothing; whoever begins elsewhere says so in the record. TooManyEdges.
     """

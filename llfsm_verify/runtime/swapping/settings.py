@@ -38,7 +38,7 @@ class Loaded:
 
 
 @dataclass(frozen=True, slots=True)
-class Making:
+class RunSettings:
     """The choices of whoever starts a run."""
 
     simulated: bool = False
@@ -58,7 +58,7 @@ class Making:
     """How likely their values are."""
     jitter: Fraction | None = None
     strict: bool = False
-    heeds: bool = False
+    stops_on_violation: bool = False
     fed: frozenset[str] = frozenset()
     """Inputs that come from ports."""
     record: str | Path | None = None
@@ -81,7 +81,7 @@ class Making:
         law = ANEW if self.seed is None else drawing_of(how.program, self.hold, self.draw, self.held)
         return how.loop(
             code, period=how.period(self.rate), rounds=rounds, seed=self.seed, law=law, jitter=self.jitter,
-            strict=self.strict, heeds=self.heeds, free=free, fed=self.fed, script=script,
+            strict=self.strict, stops_on_violation=self.stops_on_violation, free=free, fed=self.fed, script=script,
         )  # fmt: skip
 
     def loop(self, arrangement: Arrangement) -> tuple[Arrangement, Loop]:

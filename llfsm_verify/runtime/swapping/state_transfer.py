@@ -20,7 +20,7 @@ NEEDED = ("state", "finished", "loaded", "pending", "ended")
 """Control that must not be lost. Other control is missing in a program where nothing would read it."""
 
 
-class Laid(Protocol):
+class HasLayout(Protocol):
     """A program, and how its records lie."""
 
     @property
@@ -29,17 +29,17 @@ class Laid(Protocol):
     def layout(self) -> Layout: ...
 
 
-class Uncarried(Exception):
+class Untransferable(Exception):
     """What the run is in now is nothing that the new program can be in; the message says why."""
 
 
-class Carrying:
+class StateTransfer:
     """From records of `old` to those of `new`, in which `machine` is replaced, or none.
 
     `first` is where `new` begins.
     """
 
-    def __init__(self, old: Laid, new: Laid, first: bytes, machine: str | None) -> None:
+    def __init__(self, old: HasLayout, new: HasLayout, first: bytes, machine: str | None) -> None:
         self._old, self._new = old.layout, new.layout
         self._first = new.layout.decode_record(first)
         self._same: list[str] = []
@@ -73,12 +73,12 @@ class Carrying:
             if f"{info.name}.$pending" in old.layout.fields  # else it is as it began
         ]
         """The states of machines that can be resumed in `new`, with the suspend state; `old` does not keep where to."""
-        self._place = next(_places(new.program, machine), None)
+        self._turn = next(_turns(new.program, machine), None)
         """The variable whose turn it is in the process of the machine, and the machine's number there."""
         self._loaded = f"{machine}.$loaded"
 
     def record(self, record: bytes) -> bytes:
-        """The record of `new` for a run that stands at `record`. Uncarried: another machine would not be as it was."""
+        """The record of `new` for a run that stands at `record`. Untransferable: another machine would be changed."""
         values = self._old.decode_record(record)
         found = dict(self._first)
         for name in self._same:
@@ -88,29 +88,29 @@ class Carrying:
             if value is not None:
                 found[variable.name] = value
             elif not variable.output:
-                raise Uncarried(f"`{variable.name}` cannot be {_text(known, values[variable.name])} any more")
+                raise Untransferable(f"`{variable.name}` cannot be {_text(known, values[variable.name])} any more")
         for variable in self._lost:
             if values[variable.name] != variable.init:
                 told = _text(variable, values[variable.name])
-                raise Uncarried(f"`{variable.name}` is {told}, which nothing could change any more")
+                raise Untransferable(f"`{variable.name}` is {told}, which nothing could change any more")
         for name, suspend in self._unknown:
             if values[name] == suspend:
                 machine = name.removesuffix(".$state")
-                raise Uncarried(f"`{machine}` is suspended, and the run does not keep where it would be resumed")
-        if self._place is not None and found.get(self._loaded, 1):
-            turn, at = self._place
+                raise Untransferable(f"`{machine}` is suspended, and the run does not keep where it would be resumed")
+        if self._turn is not None and found.get(self._loaded, 1):
+            turn, at = self._turn
             first = found[turn]
             assert isinstance(first, int)
             found[turn] = min(first, at)  # a cycle begins, perhaps without the old machine
         return self._new.encode_record(found)
 
 
-def carried(old: Laid, record: bytes, new: Laid, first: bytes, machine: str | None) -> bytes:
-    """One record, carried; see `Carrying`."""
-    return Carrying(old, new, first, machine).record(record)
+def transferred(old: HasLayout, record: bytes, new: HasLayout, first: bytes, machine: str | None) -> bytes:
+    """One record, transferred; see `StateTransfer`."""
+    return StateTransfer(old, new, first, machine).record(record)
 
 
-def _places(program: Program, machine: str | None) -> Iterator[tuple[str, int]]:
+def _turns(program: Program, machine: str | None) -> Iterator[tuple[str, int]]:
     turns = {process.turn for process in program.processes}
     for variable in program.vars:
         if variable.name in turns and machine in variable.origin.labels:

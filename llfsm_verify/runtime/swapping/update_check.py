@@ -33,9 +33,9 @@ from llfsm_verify.monitoring.lookup import MonitorTooLarge
 from llfsm_verify.monitoring.states import Monitor
 from llfsm_verify.program.moves import Move
 from llfsm_verify.runtime.swapping.monitor_program import TooManyEdges
-from llfsm_verify.runtime.swapping.state_transfer import Carrying, Laid, Uncarried
-from llfsm_verify.runtime.swapping.update_points import UNKNOWN, Accepted, place_of
-from llfsm_verify.runtime.swapping.version import Side
+from llfsm_verify.runtime.swapping.state_transfer import HasLayout, StateTransfer, Untransferable
+from llfsm_verify.runtime.swapping.update_points import UNKNOWN, Accepted, update_point
+from llfsm_verify.runtime.swapping.version import Version
 
 MOST_ATOMS = 12
 """Of a property of which a monitor does not see every violation, with its assumptions."""
@@ -54,7 +54,7 @@ class Question:
     """The one that is replaced; None: a policy is."""
     properties: PropertySet
     """What the run monitors, or would if it could."""
-    code: Laid
+    code: HasLayout
     record: bytes
     states: tuple[int, ...]
     earlier: tuple[tuple[Arrangement, str | None], ...] = ()
@@ -62,7 +62,7 @@ class Question:
 
 
 @dataclass(frozen=True, slots=True)
-class Happening:
+class Counterexample:
     """A run of the arrangement with the new machine."""
 
     record: bytes
@@ -83,16 +83,16 @@ class Refusal:
     reason: str
     notes: tuple[str, ...] = ()
     broken: str | None = None
-    """The property that is violated; None: a run ends in a fault, or there is no `happening`."""
-    happening: Happening | None = None
+    """The property that is violated; None: a run ends in a fault, or there is no `counterexample`."""
+    counterexample: Counterexample | None = None
 
 
-def examine(question: Question, budget: Budget) -> Accepted | Refusal:
+def check_update(question: Question, budget: Budget) -> Accepted | Refusal:
     """Look at everything that is reachable. DiagnosticError: an arrangement or a property is wrong."""
     try:
         with budget:
-            return _Examination(question, budget).outcome()
-    except Uncarried as problem:
+            return _UpdateCheck(question, budget).outcome()
+    except Untransferable as problem:
         return Refusal(str(problem))
     except (LimitReached, AutomatonTooLarge, MonitorTooLarge, TooManyEdges, MemoryError) as limit:
         return Refusal(f"{UNKNOWN}: {str(limit) or 'the memory ran out'}")
@@ -110,20 +110,20 @@ class _Found:
     """The walk ends with what repeats forever."""
 
 
-class _Examination:
+class _UpdateCheck:
     def __init__(self, question: Question, budget: Budget) -> None:
         self._question = question
         self._budget = budget
         properties = question.properties
-        self._before = Side(question.running, properties, budget)
-        self._after = Side(question.following, properties, budget)
+        self._before = Version(question.running, properties, budget)
+        self._after = Version(question.following, properties, budget)
         if self._before.tables != self._after.tables or len(question.states) != len(self._before.tables):
-            raise Uncarried("a property that is monitored would need another monitor")
+            raise Untransferable("a property that is monitored would need another monitor")
         known = {v.name for v in self._before.plain.vars}
         unknown = [v.name for v in self._after.plain.vars if v.free and v.name not in known]
         if unknown:
-            raise Uncarried(f"the machine reads `{unknown[0]}`, whose value the run does not keep")
-        self._carrying = Carrying(self._before, self._after, self._after.layout.first(), question.machine)
+            raise Untransferable(f"the machine reads `{unknown[0]}`, whose value the run does not keep")
+        self._transfer = StateTransfer(self._before, self._after, self._after.layout.first(), question.machine)
         self._reasons = dict(self._after.reasons)
         self._lost: set[int] = set()
         """Monitors that had come to *violated* before."""
@@ -146,8 +146,8 @@ class _Examination:
                 "proved with it counts"
             )
         before = self._explored(self._before, starts)
-        places: dict[bytes, list[tuple[bytes, int]] | None] = {}
-        uncarried = ""
+        points: dict[bytes, list[tuple[bytes, int]] | None] = {}
+        untransferable = ""
         for node in range(len(before.graph)):
             self._budget.tick()
             key = before.graph.key(node)
@@ -155,22 +155,24 @@ class _Examination:
                 continue
             if self._before.has_ended(key):
                 continue  # nothing is loaded any more
-            place = self._place(key)
-            if place in places and places[place] is None:
+            place = self._point(key)
+            if place in points and points[place] is None:
                 continue
             try:
-                root = self._carried(key)
-            except Uncarried as problem:
-                uncarried, places[place] = str(problem), None
+                root = self._transferred(key)
+            except Untransferable as problem:
+                untransferable, points[place] = str(problem), None
             else:
-                known = places.setdefault(place, [])
+                known = points.setdefault(place, [])
                 assert known is not None
                 known.append((root, node))
         roots: dict[bytes, int] = {}
-        for root, node in (pair for found in places.values() if found is not None for pair in found):
+        for root, node in (pair for found in points.values() if found is not None for pair in found):
             roots.setdefault(root, node)  # the first one is not later than others
         if not roots:
-            return Refusal(uncarried or "a property is violated already wherever the run can be at the end of a cycle")
+            return Refusal(
+                untransferable or "a property is violated already wherever the run can be at the end of a cycle"
+            )
         notes = [f"`{name}` is checked from now on only: {why}" for name, why in self._reasons.items()]
         lasting = bool(self._reasons or self._endless or self._after.problem.assumptions)
         after = self._after.explorer(roots, with_edges=lasting)
@@ -180,8 +182,8 @@ class _Examination:
                 return Refusal(found.reason, tuple(notes), found.broken)
             path = before.graph.path_to(roots[after.graph.key(found.walk[0])])
             later = sum(self._before.is_whole(before.graph.key(node)) for node in path) - 1
-            return Refusal(found.reason, tuple(notes), found.broken, self._happening(after, found, later))
-        allowed = frozenset(place for place, found in places.items() if found is not None)
+            return Refusal(found.reason, tuple(notes), found.broken, self._counterexample(after, found, later))
+        allowed = frozenset(place for place, found in points.items() if found is not None)
         notes.append(
             f"checked: {counted(len(allowed), 'configuration')} in which it may be loaded, "
             f"{len(after.graph):,} from there on"
@@ -192,53 +194,55 @@ class _Examination:
 
     def _starts(self) -> list[bytes]:
         """Where the run stands, with all states of the model of its surroundings that fit."""
-        question, side = self._question, self._before
+        question, version = self._question, self._before
         known = question.code.layout.decode(question.record)
-        names = [v.name for v in side.plain.vars if not v.output]
+        names = [v.name for v in version.plain.vars if not v.output]
         if set(names) <= set(known):
-            return [side.with_states({name: known[name] for name in names}, question.states)]
+            return [version.with_states({name: known[name] for name in names}, question.states)]
         if set(known) - set(names):
             lost = ", ".join(sorted(set(known) - set(names))[:3])
-            raise Uncarried(f"the model of the surroundings has no {lost}, so nobody knows which of its states fit")
-        explorer = self._explored(side, self._beginnings())
-        wanted = place_of(question.code, question.record, question.states)
+            raise Untransferable(
+                f"the model of the surroundings has no {lost}, so nobody knows which of its states fit"
+            )
+        explorer = self._explored(version, self._beginnings())
+        wanted = update_point(question.code, question.record, question.states)
         keys = (explorer.graph.key(node) for node in range(len(explorer.graph)))
-        return [key for key in keys if side.is_whole(key) and self._place(key) == wanted]
+        return [key for key in keys if version.is_whole(key) and self._point(key) == wanted]
 
     def _beginnings(self) -> Iterable[bytes]:
         """Where the arrangement that runs can have begun: anywhere where the one before it can have been."""
-        sides = [
-            Side(arrangement, self._question.properties, self._budget) for arrangement, _ in self._question.earlier
+        versions = [
+            Version(arrangement, self._question.properties, self._budget) for arrangement, _ in self._question.earlier
         ]
-        sides.append(self._before)
-        found: Iterable[bytes] = sides[0].beginnings()
+        versions.append(self._before)
+        found: Iterable[bytes] = versions[0].beginnings()
         machines = [machine for _, machine in self._question.earlier]
-        for (before, after), machine in zip(pairwise(sides), machines, strict=True):
+        for (before, after), machine in zip(pairwise(versions), machines, strict=True):
             graph = self._explored(before, found).graph
-            carrying = Carrying(before, after, after.layout.first(), machine)
+            transfer = StateTransfer(before, after, after.layout.first(), machine)
             carried: dict[bytes, None] = {}
             for key in map(graph.key, range(len(graph))):
                 if before.is_whole(key):
-                    with suppress(Uncarried):
-                        carried[carrying.record(before.record(key))[: after.layout.configuration_bytes]] = None
+                    with suppress(Untransferable):
+                        carried[transfer.record(before.record(key))[: after.layout.configuration_bytes]] = None
             found = carried
         return found
 
-    def _explored(self, side: Side, configurations: Iterable[bytes]) -> Explorer:
-        explorer = side.explorer(configurations)
+    def _explored(self, version: Version, configurations: Iterable[bytes]) -> Explorer:
+        explorer = version.explorer(configurations)
         explorer.explore(None)
         if not explorer.graph.complete:
             raise LimitReached(explorer.graph.stopped or OVERFLOW)
         return explorer
 
-    def _place(self, configuration: bytes) -> bytes:
+    def _point(self, configuration: bytes) -> bytes:
         """Where the run is in a configuration of the arrangement before."""
         layout = self._question.code.layout
         values = self._before.layout.decode(configuration)
-        return place_of(self._question.code, layout.encode(values), self._before.states(configuration))
+        return update_point(self._question.code, layout.encode(values), self._before.states(configuration))
 
-    def _carried(self, configuration: bytes) -> bytes:
-        record = self._carrying.record(self._before.record(configuration))
+    def _transferred(self, configuration: bytes) -> bytes:
+        record = self._transfer.record(self._before.record(configuration))
         return record[: self._after.layout.configuration_bytes]
 
     # ------------------------------------------------------------ after
@@ -335,14 +339,14 @@ class _Examination:
             return _Found(None, f"{UNKNOWN}: no run from there on meets the assumptions")
         return None
 
-    def _happening(self, explorer: Explorer, found: _Found, later: int) -> Happening:
+    def _counterexample(self, explorer: Explorer, found: _Found, later: int) -> Counterexample:
         key = explorer.graph.key(found.walk[0])
         values, plain = self._after.layout.decode(key), Layout.of(self._after.plain)
         record = plain.encode_record({**values, **plain.initial_outputs()})
         moves = [move for pair in pairwise(found.walk) for move in explorer.witness(*pair, None)]
         if found.fault is not None:
             moves += explorer.fault_witness(found.walk[-1], found.fault)
-        return Happening(record, self._after.states(key), tuple(moves), later, found.endless)
+        return Counterexample(record, self._after.states(key), tuple(moves), later, found.endless)
 
 
 def _next(line: Property) -> Property:

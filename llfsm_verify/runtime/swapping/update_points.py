@@ -6,21 +6,21 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from struct import pack
 
-from llfsm_verify.runtime.swapping.state_transfer import Laid
+from llfsm_verify.runtime.swapping.state_transfer import HasLayout
 
 UNKNOWN = "it is unknown whether it may be loaded"
 
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """Nothing wrong is reachable where it is loaded at the end of a cycle in one of `places`."""
+    """Nothing wrong is reachable where it is loaded at the end of a cycle in one of `points`."""
 
-    places: frozenset[bytes]
-    """What `place_of` gives."""
+    points: frozenset[bytes]
+    """What `update_point` gives."""
     notes: tuple[str, ...]
     """What else is to be said, in sentences without their full stops."""
 
 
-def place_of(code: Laid, record: bytes, states: Iterable[int]) -> bytes:
+def update_point(code: HasLayout, record: bytes, states: Iterable[int]) -> bytes:
     """A configuration of a run and the states of its monitors."""
     return record[: code.layout.configuration_bytes] + b"".join(pack("<q", state) for state in states)

@@ -15,11 +15,11 @@ from llfsm_verify.monitoring.lookup import walk_table
 from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.runtime.live.plan import decidable
 from llfsm_verify.runtime.stepping.monitored import first_letter, first_states
-from llfsm_verify.runtime.swapping.monitor_program import monitor_name, watched, within_names
+from llfsm_verify.runtime.swapping.monitor_program import monitor_name, with_monitors, within_names
 from llfsm_verify.values import Value
 
 
-class Side:
+class Version:
     """The arrangement before or after: its program with the monitors in it."""
 
     def __init__(self, arrangement: Arrangement, properties: PropertySet, budget: Budget) -> None:
@@ -28,7 +28,7 @@ class Side:
         self.plain = self.problem.program(keep_all_bits=True)
         self.monitors, self.reasons = decidable(self.problem)
         self.tables = [walk_table(monitor) for monitor in self.monitors.values()]
-        self.program = watched(self.plain, list(self.monitors.values()), self.tables)
+        self.program = with_monitors(self.plain, list(self.monitors.values()), self.tables)
         self.layout = Layout.of(self.program)
         self._labels = labels_of(self.program, budget)
         self.false = [

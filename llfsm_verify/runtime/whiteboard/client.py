@@ -25,7 +25,7 @@ from llfsm_verify.runtime.whiteboard.subscription import Frames, Subscription, W
 from llfsm_verify.values import Shown, ValueProblem, number_of
 
 SECONDS: float | None = 5.0
-"""How long an owner may take to answer."""
+"""How long a server may take to answer."""
 SHORTEST = 0.001
 """Seconds of waiting for a connection."""
 MOMENT = 0.001
@@ -34,7 +34,7 @@ MOST_BYTES = 1 << 24
 
 
 class WhiteboardError(Exception):
-    """There is no such whiteboard, its owner does not answer, or it refuses a post; the message says which."""
+    """There is no such whiteboard, its server does not answer, or it refuses a post; the message says which."""
 
 
 class PostRefused(WhiteboardError):
@@ -56,7 +56,7 @@ class View:
 
 
 class InputWriter:
-    """Posts inputs in memory that the owner of a whiteboard has lent; made by `Whiteboard.writer`.
+    """Posts inputs in memory that the server of a whiteboard has lent; made by `Whiteboard.writer`.
 
     They belong to it while the whiteboard is connected.
     """
@@ -158,7 +158,7 @@ class Whiteboard:
             if not data or len(self._received) > MOST_BYTES:
                 for descriptor in descriptors:
                     os.close(descriptor)
-                raise WhiteboardError(f"the owner of `{self.name}` is gone, or does not answer")
+                raise WhiteboardError(f"the server of `{self.name}` is gone, or does not answer")
         line, _, self._received = self._received.partition(b"\n")
         return line, descriptors
 
@@ -180,12 +180,12 @@ class Whiteboard:
         return self._attached.latest
 
     def fileno(self) -> int:
-        """A descriptor that is readable when the owner is gone, for `select`."""
+        """A descriptor that is readable when the server is gone, for `select`."""
         return self._connection.fileno()
 
     @property
     def is_gone(self) -> bool:
-        """Whether the owner has closed the connection, or died."""
+        """Whether the server has closed the connection, or died."""
         try:
             readable, _, _ = select.select([self._connection], [], [], 0)
             return bool(readable) and self._connection.recv(1, socket.MSG_PEEK) == b""
@@ -232,13 +232,13 @@ class Whiteboard:
     def post(self, **values: Shown) -> None:
         """Give values to inputs, which then belong to this process while it is connected.
 
-        PostRefused: nothing was posted; WhiteboardError: the owner is gone.
+        PostRefused: nothing was posted; WhiteboardError: the server is gone.
         """
         sent: dict[str, Json] = {n: v if isinstance(v, bool | int | str) else str(v) for n, v in values.items()}
         self._ask({"post": sent})
 
     def writer(self, *inputs: str) -> InputWriter:
-        """Memory in which this process posts these inputs from now on, without asking the owner each time.
+        """Memory in which this process posts these inputs from now on, without asking the server each time.
 
         PostRefused: there is no such input, it belongs to another process, or no memory is left to lend.
         """
@@ -250,9 +250,9 @@ class Whiteboard:
                     slots = {name: (int(str(place)), self._slots[name].choice) for name, place in places.items()}
                     return InputWriter(lent, slots)
                 case _:
-                    raise WhiteboardError(f"the owner of `{self.name}` does not answer what was asked")
+                    raise WhiteboardError(f"the server of `{self.name}` does not answer what was asked")
         except (NoSegment, ValueError, KeyError) as error:
-            raise WhiteboardError(f"the owner of `{self.name}` lends nothing: {error}") from None
+            raise WhiteboardError(f"the server of `{self.name}` lends nothing: {error}") from None
         finally:
             for descriptor in descriptors:
                 os.close(descriptor)
@@ -262,19 +262,19 @@ class Whiteboard:
         ``unload`` a machine, or ``write`` a value to a slot. Returns the number of the frame after the cycle at whose
         beginning it came.
 
-        PostRefused: the arrangement's `operators` or `access` do not allow it; WhiteboardError: the owner is gone.
+        PostRefused: the arrangement's `operators` or `access` do not allow it; WhiteboardError: the server is gone.
         """
         given: list[Json] = [kind, target]
         if value is not None:
             given.append(value if isinstance(value, bool | int | str) else str(value))
         frame = self._ask({"command": given}, patient=True).get("frame")
         if not isinstance(frame, int):
-            raise WhiteboardError(f"the owner of `{self.name}` does not answer what was asked")
+            raise WhiteboardError(f"the server of `{self.name}` does not answer what was asked")
         return frame
 
     def send(self, request: dict[str, Json]) -> None:
-        """Ask the owner for something without waiting: `answers` has what comes back, in the order of what was asked.
-        Until it has all of it, nothing else may be asked. PostRefused: it is too long; WhiteboardError: the owner is
+        """Ask the server for something without waiting: `answers` has what comes back, in the order of what was asked.
+        Until it has all of it, nothing else may be asked. PostRefused: it is too long; WhiteboardError: the server is
         gone.
         """
         line = json.dumps(request).encode() + b"\n"
@@ -284,7 +284,7 @@ class Whiteboard:
             self._connection.settimeout(SECONDS)
             self._connection.sendall(line)
         except OSError:
-            raise WhiteboardError(f"the owner of `{self.name}` is gone") from None
+            raise WhiteboardError(f"the server of `{self.name}` is gone") from None
 
     def answers(self) -> list[dict[str, Json]]:
         """What has come back by now of what was sent; it does not wait."""
@@ -300,7 +300,7 @@ class Whiteboard:
         are carried over by name and type. The run is then another one: close this, and make a new `Whiteboard`.
 
         PostRefused: the arrangement's `operators` or `access` do not allow it, the machine does not fit, or it is not
-        proved that nothing goes wrong with it; OSError: the file cannot be read; WhiteboardError: the owner is gone.
+        proved that nothing goes wrong with it; OSError: the file cannot be read; WhiteboardError: the server is gone.
         """
         return self._change({"replace": [machine, Path(path).name, _text_in(path)], "unchecked": unchecked})
 
@@ -310,7 +310,7 @@ class Whiteboard:
 
         PostRefused: `operators` does not allow it to this user, the policy is wrong or gives a machine a right that it
         had not, or it is not proved that nothing goes wrong with it; OSError: the file cannot be read;
-        WhiteboardError: the owner is gone.
+        WhiteboardError: the server is gone.
         """
         return self._change({"policy": [Path(path).name, _text_in(path)]})
 
@@ -318,7 +318,7 @@ class Whiteboard:
         match self._ask(request, patient=True):
             case {"frame": int(frame), "notes": [*notes]}:
                 return Replaced(frame, tuple(map(str, notes)))
-        raise WhiteboardError(f"the owner of `{self.name}` does not answer what was asked")
+        raise WhiteboardError(f"the server of `{self.name}` does not answer what was asked")
 
     def subscribe(self, *slots: str) -> Subscription:
         """Frames one after the other, from the newest one on; only those in which one of the slots changed, if any are
@@ -346,10 +346,10 @@ class Whiteboard:
                 return Woken(socket.socket(fileno=descriptors[0]), lambda: self._unsubscribe(number))
         for descriptor in descriptors:
             os.close(descriptor)
-        raise WhiteboardError(f"the owner of `{self.name}` does not answer what was asked")
+        raise WhiteboardError(f"the server of `{self.name}` does not answer what was asked")
 
     def _unsubscribe(self, number: int) -> None:
-        with suppress(WhiteboardError):  # the owner is gone
+        with suppress(WhiteboardError):  # the server is gone
             self._ask({"unsubscribe": number})
 
     def is_running(self) -> bool:
@@ -375,14 +375,14 @@ class Whiteboard:
                 raise KeyError(f"there is no slot `{name}` on `{self.name}`, only {', '.join(self._slots)}")
 
     def _ask(self, request: dict[str, Json], *, patient: bool = False) -> dict[str, Json]:
-        """What the owner answers. PostRefused: it refuses."""
+        """What the server answers. PostRefused: it refuses."""
         answer, descriptors = self._asked(request, patient=patient)
         for descriptor in descriptors:
             os.close(descriptor)
         return answer
 
     def _asked(self, request: dict[str, Json], *, patient: bool = False) -> tuple[dict[str, Json], list[int]]:
-        """What the owner answers, with descriptors, which the caller closes."""
+        """What the server answers, with descriptors, which the caller closes."""
         self.send(request)
         if patient:
             self._connection.settimeout(None)
@@ -410,16 +410,16 @@ class Whiteboard:
 
 
 def _answer(line: bytes) -> dict[str, Json]:
-    """What an owner says in one line."""
+    """What a server says in one line."""
     try:
         answer = json.loads(line)
     except (ValueError, RecursionError):
         answer = None
-    return answer if isinstance(answer, dict) else {"error": "the owner's answer is not valid"}
+    return answer if isinstance(answer, dict) else {"error": "the server's answer is not valid"}
 
 
 def called(name: str, seconds: float | None = 0) -> socket.socket:
-    """A connection to the owner of a whiteboard, who may not have answered yet. Where too many call at once, it waits
+    """A connection to the server of a whiteboard, who may not have answered yet. Where too many call at once, it waits
     so long; None: without an end. WhiteboardError: there is none, or another user than the folder's serves it.
     """
     path, user = location(name)
@@ -444,7 +444,7 @@ def called(name: str, seconds: float | None = 0) -> socket.socket:
         raise WhiteboardError(f"too many processes call the whiteboard `{name}` at once") from None
     except OSError:
         connection.close()
-        raise WhiteboardError(f"there is no whiteboard `{name}`, or its owner has died") from None
+        raise WhiteboardError(f"there is no whiteboard `{name}`, or its server has died") from None
     except BaseException:
         connection.close()
         raise

@@ -1,4 +1,4 @@
-"""The clients of a whiteboard, and how much of its owner each user may have.
+"""The clients of a whiteboard, and how much of its server each user may have.
 
 What a user holds takes nothing from others: those who may command have a share each, and those who may not, a share
 each and another one together. Of lent memory there is a number for all (`LENT`), and a third of it is for the run's own
@@ -37,7 +37,7 @@ class Client:
         self._end, self._searched = -1, 0
         self.answers = bytearray()
         self.awaited = 0
-        """Events of its connection that the owner waits for."""
+        """Events of its connection that the server waits for."""
         self.refusals = 0
         self.commanding = False
         """Its command is not taken yet, so what it sends next waits."""

@@ -14,7 +14,7 @@ SUFFIX = ".whiteboard"
 LONGEST = 107
 """Bytes of the path of a socket."""
 MOST_REQUEST = 1 << 20
-"""Bytes of a request to an owner, which may have the text of a machine."""
+"""Bytes of a request to a server, which may have the text of a machine."""
 
 _CREDENTIALS = struct.Struct("3i")
 """What the system says of who is at the other end: process, user, group."""
@@ -78,7 +78,7 @@ def location(name: str, *, own: bool = False) -> tuple[Path, int]:
 
 
 def names() -> list[str]:
-    """The whiteboards whose sockets are there, also those whose owners have died. NoPlace: see `folder`."""
+    """The whiteboards whose sockets are there, also those whose servers have died. NoPlace: see `folder`."""
     parent, _ = folder()
     try:
         return sorted(path.name.removesuffix(SUFFIX) for path in parent.iterdir() if path.name.endswith(SUFFIX))

@@ -74,7 +74,7 @@ class Posts:
             (control.SOURCES, ctypes.addressof(self._sources)), (control.SOURCE_COUNT, len(rows) // 5),
             (control.COMMAND, copy + 8 * self._command),
         ):  # fmt: skip
-            loop.told[place] = value
+            loop.control[place] = value
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -182,10 +182,10 @@ class Posts:
 
     def forward(self) -> None:
         """See whether the loop has taken a command, and give it the next one."""
-        told, at = self._loop.told, self._command
+        block, at = self._loop.control, self._command
         with self._lock:
-            done, frame = self._issued, told[control.TAKEN_FRAME]
-            if done is not None and told[control.TAKEN] != self._frame[at]:
+            done, frame = self._issued, block[control.TAKEN_FRAME]
+            if done is not None and block[control.TAKEN] != self._frame[at]:
                 return
             self._issued = None
             if self._waiting:

@@ -1,8 +1,8 @@
 """Shared memory for frames: made and written by one process, and read by those to whom it hands a descriptor.
 
-A segment is an anonymous file in memory. Its owner maps it and then seals it: nobody can change its size any more,
-nobody can map it for writing, and nobody can undo that. The mapping that the owner has already stays writable; one that
-a process inherits which is forked before the sealing does, too, so nothing is forked in between.
+A segment is an anonymous file in memory. Its server maps it and then seals it: nobody can change its size any more,
+nobody can map it for writing, and nobody can undo that. The mapping that the server has already stays writable, and so
+does one that a process inherits which is forked before the sealing, so nothing is forked in between.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from llfsm_verify.runtime.live.generations import (
     FORMAT_VERSION,
     MAGIC,
     MAGIC_NUMBER,
-    OWNER,
     PERIOD,
+    SERVER,
     VERSION,
     WORDS,
     segment_words,
@@ -106,7 +106,7 @@ class Segment:
             header = (ctypes.c_int64 * generations.HEADER_WORDS).from_address(self.address)
             for word, value in (
                 (MAGIC, MAGIC_NUMBER), (VERSION, FORMAT_VERSION), (WORDS, words), (EPOCH, self.epoch),
-                (OWNER, os.getpid()), (PERIOD, period),
+                (SERVER, os.getpid()), (PERIOD, period),
             ):  # fmt: skip
                 header[word] = value
             fcntl.fcntl(self.descriptor, fcntl.F_ADD_SEALS, FIXED | fcntl.F_SEAL_SEAL if lent else SEALS)
@@ -151,7 +151,7 @@ class Attached:
         except OSError:
             raise NoSegment("it is not memory that can be sealed") from None
         if seals & SEALS != SEALS:
-            raise NoSegment("its owner may still change its size")
+            raise NoSegment("its server may still change its size")
         size = os.fstat(descriptor).st_size
         if size < generations.HEADER_WORDS * 8:
             raise NoSegment("it has no header")
@@ -161,7 +161,7 @@ class Attached:
         if header[MAGIC] != MAGIC_NUMBER or header[VERSION] != FORMAT_VERSION:
             self._mapped.close()
             raise NoSegment("it is not a whiteboard of this version")
-        self.words, self.epoch, self.owner, self.period = (header[i] for i in (WORDS, EPOCH, OWNER, PERIOD))
+        self.words, self.epoch, self.server, self.period = (header[i] for i in (WORDS, EPOCH, SERVER, PERIOD))
         if not 1 <= self.words <= MOST_WORDS or segment_words(self.words) * 8 != size:
             self._mapped.close()
             raise NoSegment("its size is not that of its frames")

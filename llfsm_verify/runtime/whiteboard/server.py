@@ -1,4 +1,4 @@
-"""The owner of a whiteboard: hands out its segment over a socket, and takes what others post.
+"""The server of a whiteboard: hands out its segment over a socket, and takes what others post.
 
 A client gets one line of JSON, which describes the slots, together with a descriptor of the segment. It may then
 send requests, a line of JSON each, and gets a line back: ``{"post": {"car": true}}`` gives values to inputs. An input
@@ -97,7 +97,7 @@ class Taken(Exception):
     """Another process owns a whiteboard of this name, or the socket cannot be made."""
 
 
-class Owner:
+class Server:
     """Serves a whiteboard of this name for the frames of a loop, whenever `serve` is called.
 
     `refused` is told of each request that is not granted, and `audit` of these and of all that changes something, as
@@ -158,7 +158,7 @@ class Owner:
         user = user_name(client.uid) if self._permissions.may_connect(client.uid) else STRANGERS
         return self._sparing.writes(what, user, room=self._audit is None or self._audit.room > KEPT_BYTES)
 
-    def settle(self, *, over: bool = True) -> None:
+    def note_left_out(self, *, over: bool = True) -> None:
         """Write how many entries were left out, where their interval has ended; all, with the last command that was
         taken, if the run is `over`.
         """
@@ -253,7 +253,7 @@ class Owner:
     def serve(self, seconds: float) -> None:
         """Answer clients, for a round; wait at most so long for the first one."""
         self._shared.posts.forward()
-        self.settle(over=False)
+        self.note_left_out(over=False)
         calls = False
         for descriptor, events in self._epoll.poll(0 if self._asking else seconds):
             if descriptor == self._listening.fileno():

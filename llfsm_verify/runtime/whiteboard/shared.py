@@ -23,11 +23,13 @@ class Shared:
         self.loop = loop
         self.served = served
         with ExitStack() as made:
-            self.segment = made.enter_context(closing(Segment(name, loop.code.frames.words, loop.told[control.PERIOD])))
+            self.segment = made.enter_context(
+                closing(Segment(name, loop.code.frames.words, loop.control[control.PERIOD]))
+            )
             self.posts = made.enter_context(closing(Posts(loop, lends=served)))
             self.wakes = Wakes(loop)
             made.pop_all()
-        loop.told[control.SEGMENT] = self.segment.address
+        loop.control[control.SEGMENT] = self.segment.address
 
     @property
     def descriptors(self) -> tuple[int, ...]:
@@ -36,7 +38,7 @@ class Shared:
 
     def close(self) -> None:
         """Readers keep what they have; the loop must not run."""
-        self.loop.told[control.SEGMENT] = 0
+        self.loop.control[control.SEGMENT] = 0
         self.wakes.close()
         self.posts.close()
         self.segment.close()

@@ -42,7 +42,7 @@ class Update:
 
 @dataclass(frozen=True, slots=True)
 class Woken:
-    """A socket that the owner has made for a reader, and what to do when it is not needed any more."""
+    """A socket that the server has made for a reader, and what to do when it is not needed any more."""
 
     socket: socket.socket
     over: Callable[[], None]
@@ -68,7 +68,7 @@ class _Reader(Generic[T]):
     """
 
     def __init__(
-        self, attached: Attached, woken: Woken, owner: socket.socket, running: Callable[[], bool], period: float
+        self, attached: Attached, woken: Woken, server: socket.socket, running: Callable[[], bool], period: float
     ) -> None:
         self._attached = attached
         self._woken = woken
@@ -81,7 +81,7 @@ class _Reader(Generic[T]):
         self._unwatch: Callable[[], None] = lambda: None
         self._both = select.epoll()
         self._both.register(woken.socket, select.EPOLLIN)
-        self._both.register(owner, select.EPOLLIN | select.EPOLLRDHUP)
+        self._both.register(server, select.EPOLLIN | select.EPOLLRDHUP)
 
     def _first(self) -> list[int] | None:
         """The frame to begin with."""
@@ -184,12 +184,12 @@ class Subscription(_Reader[Update]):
         self,
         attached: Attached,
         woken: Woken,
-        owner: socket.socket,
+        server: socket.socket,
         running: Callable[[], bool],
         period: float,
         of: Mapping[str, Slot],
     ) -> None:
-        super().__init__(attached, woken, owner, running, period)
+        super().__init__(attached, woken, server, running, period)
         self._slots = of
         self._lost = 0
         self._values: dict[str, Shown] | None = None

@@ -1,8 +1,8 @@
 """Those who want to be woken by each frame: the addresses of their sockets, which the loop sends a datagram to.
 
 Each address is in a row of 16 words: its length in bytes, or 0, and then the address (`struct sockaddr_un`). Sending
-never waits; a subscriber whose socket is full is awake already. The owner binds these sockets itself, beside its own,
-and hands them out: nobody is woken at an address that a client names, and the owner removes only what it has made.
+never waits; a subscriber whose socket is full is awake already. The server binds these sockets itself, beside its own,
+and hands them out: nobody is woken at an address that a client names, and the server removes only what it has made.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def wake_path(board: Path, number: int) -> Path:
 
 
 def remove_old(board: Path) -> None:
-    """Remove the sockets that an owner of this whiteboard who was killed has left."""
+    """Remove the sockets that a server of this whiteboard who was killed has left."""
     old = re.compile(re.escape(board.stem) + r"\.[0-9]+" + re.escape(SUFFIX))
     for path in board.parent.iterdir():
         if old.fullmatch(path.name):
@@ -47,8 +47,8 @@ class Wakes:
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SENT)
         self._loop = loop
-        loop.told[control.WAKES] = ctypes.addressof(self._rows)
-        loop.told[control.WAKE_SOCKET] = self._socket.fileno()
+        loop.control[control.WAKES] = ctypes.addressof(self._rows)
+        loop.control[control.WAKE_SOCKET] = self._socket.fileno()
 
     def fileno(self) -> int:
         """The socket that wakes them."""
@@ -74,7 +74,7 @@ class Wakes:
         address = struct.pack("=H", socket.AF_UNIX) + os.fsencode(path) + b"\0"
         ctypes.memmove(ctypes.addressof(self._rows) + 8 * (number * ROW_WORDS + 1), address, len(address))
         self._rows[number * ROW_WORDS] = len(address)
-        self._loop.told[control.WAKE_COUNT] = max(self._loop.told[control.WAKE_COUNT], number + 1)
+        self._loop.control[control.WAKE_COUNT] = max(self._loop.control[control.WAKE_COUNT], number + 1)
         return number, woken
 
     def remove(self, board: Path, number: int) -> None:
@@ -85,5 +85,5 @@ class Wakes:
 
     def close(self) -> None:
         """Nobody is woken any more; the loop must not run."""
-        self._loop.told[control.WAKE_COUNT] = 0
+        self._loop.control[control.WAKE_COUNT] = 0
         self._socket.close()

@@ -42,20 +42,20 @@ class Writers:
             self.close()
             raise
         self._copies = [words(frame_words) for _ in range(lent)]
-        loop.told[control.WRITERS] = ctypes.addressof(self._rows)
+        loop.control[control.WRITERS] = ctypes.addressof(self._rows)
 
     def add(self, segment: int, copy: ctypes.Array[ctypes.c_int64]) -> None:
         """One more row: the address of a segment, and where its newest frame is copied to."""
-        number = self._loop.told[control.WRITER_COUNT]
+        number = self._loop.control[control.WRITER_COUNT]
         row = [segment, ctypes.addressof(copy), self._frame_words, 0, ctypes.addressof(self._scratch)]
         store(row, self._rows, number * ROW_WORDS)
-        self._loop.told[control.WRITER_COUNT] = number + 1
+        self._loop.control[control.WRITER_COUNT] = number + 1
 
     def lend(self, granted: Callable[[], None]) -> tuple[Segment, ctypes.Array[ctypes.c_int64]]:
         """A segment that nobody has had, and where the loop copies it to. `granted` is called before the loop reads it.
         Refused: all were lent, or `granted` says so.
         """
-        number = self._loop.told[control.WRITER_COUNT] - 1
+        number = self._loop.control[control.WRITER_COUNT] - 1
         if number >= len(self._segments):
             raise Refused(f"{LENT} writers have had memory of their own in this run, and there is no more")
         granted()
@@ -79,6 +79,6 @@ class Writers:
 
     def close(self) -> None:
         """The loop must not run any more."""
-        self._loop.told[control.WRITER_COUNT] = 0
+        self._loop.control[control.WRITER_COUNT] = 0
         for segment in self._segments:
             segment.close()

@@ -26,7 +26,7 @@ def recorded(code: LiveCode, path: Path, turns: int, seed: int) -> tuple[Loop, l
     reason = loop.go(turns)
     while reason == control.FULL:
         recorder.grow()
-        reason = loop.go(loop.told[control.TURNS])
+        reason = loop.go(loop.control[control.TURNS])
     failed = reason == control.FAILED
     ending = "fault" if failed and loop.status > 0 else "overflow" if failed else "ended"
     loop.end("stopped" if reason == control.DONE else ending, loop.status if failed else 0)

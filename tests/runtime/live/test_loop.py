@@ -232,7 +232,7 @@ def test_monitors_in_the_loop_read_what_those_beside_a_simulation_read(observe: 
         assert list(loop.frame[code.frames.monitors :]) == list(beside._states)
     assert "soon" in beside.settled
     stopping = Loop(code, held=held)
-    stopping.told[control.SETTLE] = 1
+    stopping.control[control.SETTLE] = 1
     stopping.begin(0)
     assert stopping.go(1000) == control.DECIDED
     assert stopping.steps == -(-min(beside.settled.values()) // 3) * 3
@@ -424,7 +424,7 @@ def test_a_recording_that_cannot_begin_leaves_nothing(tmp_path: Path, monkeypatc
     with pytest.raises(DiagnosticError, match="No space left"):
         Recorder(tmp_path / "r", {}, loop)
     assert len(calls) == 2 and len(list(Path("/proc/self/fd").iterdir())) == before
-    assert not loop.told[control.LOG] and not list(tmp_path.iterdir())
+    assert not loop.control[control.LOG] and not list(tmp_path.iterdir())
     loop.begin(0)
     loop.go(2)
     assert loop.number > 1

@@ -128,7 +128,7 @@ def test_what_is_refused_and_what_is_lost() -> None:
         pytest.raises(PostRefused, match=r"`restart m` was refused: `operators:` does"),
     ):
         list(guard_of(board, [Order("restart", "m"), SUSPEND]).watch())
-    for ending, why in ((None, "its owner is gone"), ("died", "it died"), ("replaced", "it goes on as another one")):
+    for ending, why in ((None, "its server is gone"), ("died", "it died"), ("replaced", "it goes on as another one")):
         with stepped(alone(), 1, 1) as board:
             board.lost = True
             if ending is not None:

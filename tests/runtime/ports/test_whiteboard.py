@@ -17,7 +17,7 @@ from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.preparing import starting_values
 from llfsm_verify.runtime.whiteboard.client import Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
-from llfsm_verify.runtime.whiteboard.server import Owner
+from llfsm_verify.runtime.whiteboard.server import Server
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from tests.runtime.ports.bench import Bench, bench, declared, kinds
 
@@ -37,10 +37,10 @@ class Other:
 
     def __init__(self, loop: Loop, shared: Shared, name: str = "other") -> None:
         self.loop, self.shared = loop, shared
-        self.owner = Owner(name, shared, Permissions(None))
+        self.server = Server(name, shared, Permissions(None))
 
     def turn(self) -> None:
-        self.owner.serve(0)
+        self.server.serve(0)
         self.loop.go(1)
 
 
@@ -50,7 +50,7 @@ def other() -> Iterator[Other]:
     with closing(Shared("other", loop)) as shared:
         made = Other(loop, shared)
         loop.begin(0)
-        with closing(made.owner):
+        with closing(made.server):
             yield made
 
 
@@ -68,7 +68,7 @@ def test_inputs_come_from_frames_of_another_run(tmp_path: Path) -> None:
     with bench(*declared(TEXT, tmp_path)) as made:
         made.until(made.has("level", -3))
         (said,) = made.said
-        assert said.startswith("port other: there is no whiteboard `other`, or its owner has died: `level`, `mode`, ")
+        assert said.startswith("port other: there is no whiteboard `other`, or its server has died: `level`, `mode`, ")
         with other() as there:
             there.shared.posts.post({"level": 4, "mode": "LOW", "speed": "-0.25", "go": True})
             made.now = 1.5
@@ -111,15 +111,15 @@ def test_two_runs_read_one_another(tmp_path: Path) -> None:
     first = declared(TEXT.replace("level: level, ", "").replace("level: -3, ", ""), tmp_path)
     second = declared(TEXT.replace("whiteboard: other", "whiteboard: bench"), tmp_path)
     with bench(*first) as one, bench(*second) as two:
-        owners = [Owner(name, made.board, Permissions(None)) for name, made in (("bench", one), ("other", two))]
+        servers = [Server(name, made.board, Permissions(None)) for name, made in (("bench", one), ("other", two))]
         one.now = two.now = 2.0
         one.board.posts.post({"level": 3, "go": True})
         while not (two.value("level") == 3 and one.value("mode") == "LOW" == two.value("mode")):
-            for owner, made in zip(owners, (one, two), strict=True):
-                owner.serve(0)
+            for server, made in zip(servers, (one, two), strict=True):
+                server.serve(0)
                 made.turn()
-        for owner in owners:
-            owner.close()
+        for server in servers:
+            server.close()
 
 
 @pytest.mark.parametrize(

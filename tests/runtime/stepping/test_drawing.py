@@ -33,7 +33,7 @@ from llfsm_verify.runtime.stepping.drawing import (
     default_hold,
     drawing_of,
     hold_of,
-    likes_of,
+    representatives,
 )
 from llfsm_verify.runtime.stepping.random_run import RandomRun, Script
 from llfsm_verify.runtime.stepping.simulation import Simulation
@@ -229,7 +229,7 @@ class Twin:
         return word * size >> 64 if size else word
 
     def draw(self, of: Program, law: Drawing, names: set[str], parts: int, values: list[int], fresh: bool) -> None:
-        for number, (choice, like) in enumerate(zip(of.choices, likes_of(of, names), strict=True)):
+        for number, (choice, like) in enumerate(zip(of.choices, representatives(of, names), strict=True)):
             if like >= 0 and like != number:
                 values[number] = values[like]
             if like != number:

@@ -26,8 +26,8 @@ from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Int
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.plan import monitored
-from llfsm_verify.runtime.swapping.state_transfer import Uncarried, carried
-from llfsm_verify.runtime.swapping.update_points import Accepted, place_of
+from llfsm_verify.runtime.swapping.state_transfer import Untransferable, transferred
+from llfsm_verify.runtime.swapping.update_points import Accepted, update_point
 from llfsm_verify.testing.arrangements import Document, arrangements
 from tests.quick import AtLeast, many, spread
 from tests.runtime.swapping.test_hot_swap import POLICY, changed
@@ -209,11 +209,11 @@ def check_one(document: Document, seed: int, tally: Counter[str]) -> None:
             if within is not None or not before.violated(now) <= lost or not before.execution.enabled(record):
                 continue
             try:
-                root = carried(code, record, next_code, next_code.layout.first(), replaced)
-            except Uncarried:
+                root = transferred(code, record, next_code, next_code.layout.first(), replaced)
+            except Untransferable:
                 continue
             numbers = [table.numbers[state] for table, state in zip(code.tables, now, strict=True)]
-            places[place_of(code, record, numbers)] = after.execution.configuration(root), now
+            places[update_point(code, record, numbers)] = after.execution.configuration(root), now
         graph, faults = after.reached(places.values())
     except TooLarge:
         tally["too large"] += 1
@@ -228,7 +228,7 @@ def check_one(document: Document, seed: int, tally: Counter[str]) -> None:
     if isinstance(outcome, Accepted):
         tally["accepted"] += 1
         assert not faults and not violated, (violated, lines)
-        assert places.keys() <= outcome.places if not alone_running else places.keys() == outcome.places
+        assert places.keys() <= outcome.points if not alone_running else places.keys() == outcome.points
     elif outcome.happening is not None and alone_running:
         tally["refused"] += 1
         tally["endless"] += outcome.happening.endless

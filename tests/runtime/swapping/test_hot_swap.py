@@ -37,7 +37,7 @@ from llfsm_verify.runtime.live.preparing import drawn_choices, starting_values
 from llfsm_verify.runtime.live.slots import STATE, slots_of
 from llfsm_verify.runtime.recording.file import Recorder, Recording, Turn
 from llfsm_verify.runtime.recording.replay import Differs, replay
-from llfsm_verify.runtime.swapping.state_transfer import Uncarried, carried
+from llfsm_verify.runtime.swapping.state_transfer import Untransferable, transferred
 from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.places import socket_path
 from llfsm_verify.testing.arrangements import Document, arrangements
@@ -77,14 +77,14 @@ def changed(document: Document, machine: str, how: int) -> Document:
 def go_on(old: Loop, code: LiveCode, machine: str | None, path: Path, seed: int, turns: int) -> tuple[Loop, bytes]:
     """A loop that goes on with another, and what it began with; its recording is at `path`."""
     loop = Loop(code, seed=seed, drawn=drawn_choices(code.program, {}), held=starting_values(code.program))
-    record = carried(old.code, old.record, code, loop.record, machine)
+    record = transferred(old.code, old.record, code, loop.record, machine)
     path.unlink(missing_ok=True)
     recorder = Recorder(path, {"name": "test", "loaded": [[machine, "m.yaml", "", True]]}, loop)
     loop.succeed(old, record)
     reason = loop.go(turns)
     while reason == control.FULL:
         recorder.grow()
-        reason = loop.go(loop.told[control.TURNS])
+        reason = loop.go(loop.control[control.TURNS])
     if reason in (control.DONE, control.ENDED):
         loop.end("stopped" if reason == control.DONE else "ended")
     else:
@@ -113,7 +113,7 @@ def carry(folder: Path, count: int) -> None:
         before = list(old.frame)
         try:
             loop, record = go_on(old, following, replaced, folder / "r.2", seed, 5)
-        except Uncarried:
+        except Untransferable:
             tally["uncarried"] += 1
             return
         turns = turns_of(folder / "r.2")
@@ -216,7 +216,7 @@ def test_variables_are_carried_over_by_name_and_type() -> None:
         {"machine": "A", "variables": {"k": {"type": "0..9", "init": 7}, "l": {"type": "0..8", "init": 7}},
          "states": [quiet, {"name": "T", "on_entry": "suspend(b);"}]}
     )  # fmt: skip
-    values = new.layout.decode(carried(old.code, old.record, new, new.layout.first(), "a"))
+    values = new.layout.decode(transferred(old.code, old.record, new, new.layout.first(), "a"))
     assert values["a.k"] == 4 and values["a.l"] == 7 and values["n"] == 1
 
 
@@ -225,8 +225,8 @@ def test_what_nothing_could_undo_is_refused() -> None:
     """The new machine cannot suspend `b`, so its program has no suspended `b`."""
     old = stopped(TWO, 3)
     new = with_machine({"machine": "A", "states": [{"name": "S", "stays": True}]})
-    with pytest.raises(Uncarried, match=r"`b\.\$state` cannot be __suspend any more"):
-        carried(old.code, old.record, new, new.layout.first(), "a")
+    with pytest.raises(Untransferable, match=r"`b\.\$state` cannot be __suspend any more"):
+        transferred(old.code, old.record, new, new.layout.first(), "a")
 
 
 @pytest.mark.slow

@@ -25,11 +25,11 @@ from llfsm_verify.runtime.live.preparing import drawn_choices, safe_values, star
 from llfsm_verify.runtime.recording.file import Recorder, Recording
 from llfsm_verify.runtime.recording.replay import replay
 from llfsm_verify.runtime.swapping.check_process import Check, Finding
-from llfsm_verify.runtime.swapping.counterexample import Interleaved, record_foreseen
+from llfsm_verify.runtime.swapping.counterexample import Interleaved, record_counterexample
 from llfsm_verify.runtime.swapping.hot_swap import _compare
-from llfsm_verify.runtime.swapping.state_transfer import Uncarried, carried
-from llfsm_verify.runtime.swapping.update_check import Question, Refusal, examine
-from llfsm_verify.runtime.swapping.update_points import Accepted, place_of
+from llfsm_verify.runtime.swapping.state_transfer import Untransferable, transferred
+from llfsm_verify.runtime.swapping.update_check import Question, Refusal, check_update
+from llfsm_verify.runtime.swapping.update_points import Accepted, update_point
 from llfsm_verify.testing.arrangements import Document, arrangements
 from tests.quick import AtLeast, many, spread
 from tests.runtime.swapping.test_hot_swap import POLICY, changed
@@ -54,7 +54,7 @@ def loop_of(code: LiveCode, seed: int) -> Loop:
 
 def asked(running, following, machine, properties, loop, budget=LIMITS):
     question = Question(running, following, machine, properties, loop.code, loop.record, loop.states)
-    return examine(question, Budget(budget))
+    return check_update(question, Budget(budget))
 
 
 def lines_about(arrangement: Arrangement, choose: int) -> list[str]:
@@ -92,7 +92,7 @@ def random_checks(folder: Path, count: int) -> None:
             path.unlink(missing_ok=True)
             header = {"name": "test", "loaded": [[machine.name, "m.yaml", "", False]]}
             try:
-                record_foreseen(outcome, following, properties, header, path)
+                record_counterexample(outcome, following, properties, header, path)
             except Interleaved:
                 return
             with Recording(path) as recording:
@@ -105,11 +105,11 @@ def random_checks(folder: Path, count: int) -> None:
             if any(v == "violated" and not was for v, was in zip(loop.verdicts, lost, strict=True)):
                 return
             try:
-                record = carried(code, loop.record, next_code, next_code.layout.first(), replaced)
-            except Uncarried:
-                assert place_of(code, loop.record, loop.states) not in outcome.places
+                record = transferred(code, loop.record, next_code, next_code.layout.first(), replaced)
+            except Untransferable:
+                assert update_point(code, loop.record, loop.states) not in outcome.points
                 return
-            assert place_of(code, loop.record, loop.states) in outcome.places
+            assert update_point(code, loop.record, loop.states) in outcome.points
             following_loop = loop_of(next_code, seed + again)
             following_loop.succeed(loop, record)
             for _ in range(30):
@@ -184,7 +184,7 @@ def test_an_answer_says_why(action, lines, reason, tmp_path):
         header = {"name": "test", "loaded": [["count", "m.yaml", "", False]]}
         assert outcome.happening is not None
         turns = [move for move in outcome.happening.moves if move.process is not None]  # the schedule has one machine
-        assert record_foreseen(outcome, following, properties, header, tmp_path / "r") == len(turns)
+        assert record_counterexample(outcome, following, properties, header, tmp_path / "r") == len(turns)
 
 
 def test_what_would_happen_is_not_recorded_on_a_full_disk(tmp_path, monkeypatch):
@@ -203,7 +203,7 @@ def test_what_would_happen_is_not_recorded_on_a_full_disk(tmp_path, monkeypatch)
     header = {"name": "test", "loaded": [["count", "m.yaml", "", False]]}
     monkeypatch.setattr(Recorder, "reach", full)
     with pytest.raises(DiagnosticError, match="No space left on device") as raised:
-        record_foreseen(outcome, following, properties, header, tmp_path / "r")
+        record_counterexample(outcome, following, properties, header, tmp_path / "r")
     assert raised.value.diagnostics[0].code == "E480" and not (tmp_path / "r").exists()
 
 
@@ -235,7 +235,7 @@ def test_what_a_monitor_waits_for_must_come(line, later, action, accepted, tmp_p
     if isinstance(outcome, Refusal):
         assert outcome.happening is not None and outcome.happening.endless
         header = {"name": "test", "loaded": [["count", "m.yaml", "", False]]}
-        assert record_foreseen(outcome, following, properties, header, tmp_path / "r")
+        assert record_counterexample(outcome, following, properties, header, tmp_path / "r")
 
 
 @pytest.mark.slow
@@ -294,7 +294,7 @@ def test_a_run_in_the_world_takes_all_states_of_the_model_that_fit():
     assert isinstance(outcome("pump = level < 6;"), Accepted)
     refusal = outcome("pump = level < 8;")
     assert isinstance(refusal, Refusal) and refusal.reason == "`kept` would be violated"
-    loop.stand(code.layout.encode_record({**code.layout.decode_record(loop.record), "pump": 1}), [1])
+    loop.begin_at(code.layout.encode_record({**code.layout.decode_record(loop.record), "pump": 1}), [1])
     strange = outcome("pump = level < 6;")
     assert isinstance(strange, Refusal) and "surroundings excludes" in strange.reason
 
@@ -320,8 +320,8 @@ def test_a_run_in_the_world_takes_the_states_of_the_model_that_earlier_machines_
     first, second, third = charging("use = use == 1 ? 0 : 1;"), charging("use = 0;"), charging("use = 2;")
     loop = loop_of(code_of(replace(second, environment=None), properties), 1)
     question = Question(second, third, "keeper", properties, loop.code, loop.record, loop.states)
-    assert isinstance(examine(question, Budget(LIMITS)), Accepted)
-    refusal = examine(replace(question, earlier=((first, "keeper"),)), Budget(LIMITS))
+    assert isinstance(check_update(question, Budget(LIMITS)), Accepted)
+    refusal = check_update(replace(question, earlier=((first, "keeper"),)), Budget(LIMITS))
     assert isinstance(refusal, Refusal) and refusal.reason == "`p` would be violated"
 
 
@@ -352,7 +352,7 @@ def test_a_machine_in_the_place_of_one_that_has_finished_begins_the_cycle():
     assert isinstance(asked(running, following, "starter", properties, loop), Accepted)
     next_loop = loop_of(next_code, 1)
     steps = loop.steps
-    next_loop.succeed(loop, carried(code, loop.record, next_code, next_code.layout.first(), "starter"))
+    next_loop.succeed(loop, transferred(code, loop.record, next_code, next_code.layout.first(), "starter"))
     next_loop.go(1)
     assert next_loop.steps == steps + 2 and next_loop.verdicts == ("undecided",)
 
@@ -379,10 +379,12 @@ def test_a_machine_is_not_resumed_in_another_state_than_it_was_suspended_in():
     loop.go(1)
     outcome = asked(running, following, "commander", properties, loop)
     assert isinstance(outcome, Accepted)  # the worker is not suspended yet
-    while place_of(code, loop.record, loop.states) in outcome.places:
+    while update_point(code, loop.record, loop.states) in outcome.points:
         loop.go(1)
-    with pytest.raises(Uncarried, match="`worker` is suspended, and the run does not keep where it would be resumed"):
-        carried(code, loop.record, next_code, next_code.layout.first(), "commander")
+    with pytest.raises(
+        Untransferable, match="`worker` is suspended, and the run does not keep where it would be resumed"
+    ):
+        transferred(code, loop.record, next_code, next_code.layout.first(), "commander")
 
 
 @pytest.mark.slow
@@ -399,7 +401,7 @@ def test_where_the_run_has_ended_nothing_is_loaded(line):
     loop = loop_of(code_of(running, properties), 1)
     assert loop.go(1) == control.DONE
     outcome = asked(running, following, "count", properties, loop)
-    assert isinstance(outcome, Accepted) and len(outcome.places) == 2
+    assert isinstance(outcome, Accepted) and len(outcome.points) == 2
 
 
 @pytest.mark.slow
@@ -444,5 +446,5 @@ def test_other_monitors_are_not_carried_over():
         loop_of(code_of(running, properties_of(line)), 1) for line in ("p: G out < 9", "p: G out < 9", "p: F out < 9")
     ]
     _compare(loops[0], loops[1])
-    with pytest.raises(Uncarried, match="another monitor"):
+    with pytest.raises(Untransferable, match="another monitor"):
         _compare(loops[0], loops[2])

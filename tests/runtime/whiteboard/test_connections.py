@@ -35,7 +35,7 @@ from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, Whit
 from llfsm_verify.runtime.whiteboard.connections import CONNECTIONS, PIECES, SUBSCRIPTIONS, Client, Share
 from llfsm_verify.runtime.whiteboard.permissions import COMMANDS, OWN, READS, Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace, names, socket_path
-from llfsm_verify.runtime.whiteboard.server import CALLS, FEW, KEPT_BYTES, STRANGERS, Owner, Taken
+from llfsm_verify.runtime.whiteboard.server import CALLS, FEW, KEPT_BYTES, STRANGERS, Server, Taken
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.sparing import FIRST, INTERVAL, Sparing
 from llfsm_verify.runtime.whiteboard.waking import wake_path
@@ -61,7 +61,7 @@ needs_root = pytest.mark.skipif(os.getuid() != 0 or SETRESUID is None, reason="o
 
 @contextmanager
 def as_user(uid: int) -> Iterator[None]:
-    """This thread belongs to another user; the others, as that of the owner, do not."""
+    """This thread belongs to another user; the others, as that of the server, do not."""
 
     def become(*users: int) -> None:
         assert SETRESUID is not None
@@ -81,15 +81,15 @@ def made(text: str) -> tuple[Arrangement, LiveCode]:
 
 
 @contextmanager
-def standing(document: dict[str, object], audit: AuditLog | None = None) -> Iterator[tuple[Owner, Shared, list[str]]]:
-    """An owner that serves when the test says so, of a run that stands at its first frame."""
+def standing(document: dict[str, object], audit: AuditLog | None = None) -> Iterator[tuple[Server, Shared, list[str]]]:
+    """A server that serves when the test says so, of a run that stands at its first frame."""
     arrangement, code = made(json.dumps(document))
     loop, said = Loop(code, held=starting_values(code.program)), list[str]()
     with closing(Shared("board", loop)) as shared:
         loop.begin(0)
-        owner = Owner("board", shared, Permissions.of(arrangement), refused=said.append, audit=audit)
-        with closing(owner):
-            yield owner, shared, said
+        server = Server("board", shared, Permissions.of(arrangement), refused=said.append, audit=audit)
+        with closing(server):
+            yield server, shared, said
 
 
 def connected() -> socket.socket:
@@ -114,13 +114,13 @@ def heard(connection: socket.socket) -> list[dict[str, object]]:
     return [json.loads(line) for line in data.splitlines()]
 
 
-def fill(connections: ExitStack, owner: Owner, uid: int, count: int) -> list[str]:
+def fill(connections: ExitStack, server: Server, uid: int, count: int) -> list[str]:
     """So many connections of a user; why they were refused, if they were."""
     found = []
     for _ in range(count):
         with as_user(uid):
             one = connections.enter_context(connected())
-        owner.serve(0)
+        server.serve(0)
         found += [str(line["error"]) for line in heard(one) if "error" in line]
     return found
 
@@ -147,66 +147,66 @@ def test_shares() -> None:
 
 @needs_root
 def test_each_user_has_a_share_of_the_connections() -> None:
-    with standing(ACCESS) as (owner, _, _), ExitStack() as connections:
+    with standing(ACCESS) as (server, _, _), ExitStack() as connections:
         most = CONNECTIONS.each
-        assert fill(connections, owner, DAEMON, most + 1) == [
+        assert fill(connections, server, DAEMON, most + 1) == [
             f"user `daemon` has {most} connections already, which is the share of a user"
         ]
-        assert fill(connections, owner, BIN, most) == []
+        assert fill(connections, server, BIN, most) == []
         together = f"users who may not command have {2 * most} connections already, which is their share"
-        assert fill(connections, owner, SYS, 1) == [together]
-        assert len(fill(connections, owner, GAMES, most + 1)) == 1
-        assert fill(connections, owner, 0, CONNECTIONS.own) == []
+        assert fill(connections, server, SYS, 1) == [together]
+        assert len(fill(connections, server, GAMES, most + 1)) == 1
+        assert fill(connections, server, 0, CONNECTIONS.own) == []
 
 
 @needs_root
 def test_each_user_has_a_share_of_subscriptions_and_memory() -> None:
-    with standing(ACCESS) as (owner, _, _), ExitStack() as connections:
+    with standing(ACCESS) as (server, _, _), ExitStack() as connections:
         with as_user(DAEMON):
             clients = [connections.enter_context(connected()) for _ in range(CONNECTIONS.each)]
         answers = []
         for client in clients:
-            owner.serve(0)
+            server.serve(0)
             heard(client)
             for request in (b'{"subscribe": true}\n', b'{"subscribe": true}\n', b'{"write": ["go"]}\n'):
                 client.sendall(request)
-                owner.serve(0)
-                owner.serve(0)
+                server.serve(0)
+                server.serve(0)
                 answers += heard(client)
         assert sum("socket" in answer for answer in answers) == SUBSCRIPTIONS.each
         lent = 0
         for _ in range(LENT):
             clients.pop(0).close()
-            owner.serve(0)
+            server.serve(0)
             with as_user(DAEMON):
                 client = connected()
-            owner.serve(0)
+            server.serve(0)
             heard(client)
             client.sendall(b'{"write": ["go"]}\n')
-            owner.serve(0)
-            owner.serve(0)
+            server.serve(0)
+            server.serve(0)
             lent += any("words" in answer for answer in heard(client))
             client.close()
-            owner.serve(0)
+            server.serve(0)
         assert lent + sum("words" in answer for answer in answers) == PIECES.each
 
 
 def test_a_flood_has_a_few_requests_done_in_a_round() -> None:
     """Whoever else asks has its turn in the same round, and ports have theirs after it."""
-    with standing(PLAIN) as (owner, shared, _), connected() as flood, connected() as operator:
-        owner.serve(0)
-        owner.serve(0)
+    with standing(PLAIN) as (server, shared, _), connected() as flood, connected() as operator:
+        server.serve(0)
+        server.serve(0)
         assert heard(flood) and heard(operator)
         with suppress(BlockingIOError):
             while True:
                 flood.send(b'{"post": {}}\n' * 1000)
         operator.send(b'{"command": ["suspend", "a"]}\n')
-        owner.serve(0)
-        assert owner.patience == 0
+        server.serve(0)
+        assert server.patience == 0
         rounds = done = 0
         while rounds < 100:
             shared.loop.go(1)
-            owner.serve(0)
+            server.serve(0)
             rounds += 1
             news = heard(flood)
             assert len(news) <= 2 * FEW
@@ -219,38 +219,38 @@ def test_a_flood_has_a_few_requests_done_in_a_round() -> None:
 @needs_root
 def test_those_who_may_command_come_first() -> None:
     """However many others ask, the command is done in the next round; and others have a turn in each."""
-    with standing(ACCESS) as (owner, shared, _), ExitStack() as connections:
+    with standing(ACCESS) as (server, shared, _), ExitStack() as connections:
         with as_user(DAEMON):
             crowd = [connections.enter_context(connected()) for _ in range(CONNECTIONS.each)]
         operator = connections.enter_context(connected())
-        owner.serve(0)
-        owner.serve(0)
+        server.serve(0)
+        server.serve(0)
         for client in (*crowd, operator):
             assert heard(client)
         for client in crowd:
             client.send(b'{"post": {"go": tru}}\n' * 1000)
-        owner.serve(0)
+        server.serve(0)
         operator.send(b'{"command": ["suspend", "a"]}\n')
-        owner.serve(0)
+        server.serve(0)
         assert shared.posts._issued is not None
         before = [len(heard(client)) for client in crowd]
         for _ in range(4 * len(crowd)):
-            owner.serve(0)
+            server.serve(0)
         assert sum(before) >= 1 and all(heard(client) for client in crowd)
 
 
 def test_many_calls_are_taken_at_once_but_not_all() -> None:
-    with standing(PLAIN) as (owner, _, _), ExitStack() as calls:
+    with standing(PLAIN) as (server, _, _), ExitStack() as calls:
         callers = [calls.enter_context(connected()) for _ in range(CALLS + 1)]
-        owner.serve(0)
+        server.serve(0)
         assert [bool(heard(caller)) for caller in callers] == [True] * CALLS + [False]
-        owner.serve(0)
+        server.serve(0)
         assert f"has {CONNECTIONS.own} connections already" in str(heard(callers[-1])[0]["error"])
 
 
 def test_who_finds_no_descriptor_is_told() -> None:
     before = resource.getrlimit(resource.RLIMIT_NOFILE)
-    with standing(PLAIN) as (owner, _, _), ExitStack() as calls:
+    with standing(PLAIN) as (server, _, _), ExitStack() as calls:
         callers = [calls.enter_context(connected()) for _ in range(3)]
         most = max(int(name) for name in os.listdir("/proc/self/fd"))  # noqa: PTH208 - numbers
         with ExitStack() as filled:
@@ -259,11 +259,11 @@ def test_who_finds_no_descriptor_is_told() -> None:
                 with suppress(OSError):
                     while True:
                         filled.callback(os.close, os.open(os.devnull, os.O_RDONLY))
-                owner.serve(0)
+                server.serve(0)
             finally:
                 resource.setrlimit(resource.RLIMIT_NOFILE, before)
         assert "no descriptor left" in str(heard(callers[0])[0]["error"])
-        owner.serve(0)
+        server.serve(0)
         assert heard(callers[2])[0]["whiteboard"] == "board"
 
 
@@ -271,30 +271,30 @@ def test_who_finds_no_descriptor_is_told() -> None:
 def test_refusals_do_not_fill_the_audit_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """They are counted by user: of strangers, whoever they are, and of a client that first posts again and again."""
     log = AuditLog(tmp_path / "log")
-    with standing(ACCESS, log) as (owner, shared, said):
+    with standing(ACCESS, log) as (server, shared, said):
         for number in range(3 * FIRST):
             with as_user((NOBODY, GAMES + 1)[number % 2]):
                 caller = connected()
-            owner.serve(0)
+            server.serve(0)
             assert heard(caller) == [{"error": "it may not read the whiteboard"}]
             caller.close()
             with as_user(DAEMON):
                 caller = connected()
-            owner.serve(0)
+            server.serve(0)
             caller.send(b'{"post": {"go": true}}\n')
-            owner.serve(0)
+            server.serve(0)
             caller.close()
-            owner.serve(0)
+            server.serve(0)
         with connected() as operator:
-            owner.serve(0)
+            server.serve(0)
             monkeypatch.setattr(AuditLog, "room", KEPT_BYTES)
             operator.send(b'{"command": ["unload", "a"]}\n{"command": ["suspend", "a"]}\n')
             for _ in range(3):
-                owner.serve(0)
+                server.serve(0)
             shared.loop.go(1)
-            owner.serve(0)
+            server.serve(0)
             assert any("frame" in line for line in heard(operator))
-        owner.settle()
+        server.note_left_out()
     log.close()
     assert verify(log.path).last == log.last
     lines = [json.loads(line) for line in log.path.read_text().splitlines()]
@@ -304,16 +304,16 @@ def test_refusals_do_not_fill_the_audit_log(tmp_path: Path, monkeypatch: pytest.
     assert said[FIRST:] == [f"{STRANGERS}: {2 * FIRST} more", "root: 1 more"]
 
 
-def say(owner: Owner, client: socket.socket, *requests: object) -> list[dict[str, object]]:
+def say(server: Server, client: socket.socket, *requests: object) -> list[dict[str, object]]:
     """What is answered to these at once."""
     client.sendall(b"".join(json.dumps(request).encode() + b"\n" for request in requests))
     for _ in range(2):
-        owner.serve(0)
+        server.serve(0)
     return heard(client)
 
 
 class Changeable:
-    """A run that can go on with another machine, as far as its owner is told."""
+    """A run that can go on with another machine, as far as its server is told."""
 
     def __init__(self, document: dict[str, object]) -> None:
         self.arrangement = made(json.dumps(document))[0]
@@ -341,27 +341,27 @@ def test_what_is_refused_for_its_value_does_not_fill_the_audit_log(tmp_path: Pat
         {"command": ["write", "mode", 1029]}, {"command": ["suspend", "a", 1]}, {"command": ["unload", "a"]},
         {"replace": ["b", "b.yaml", "machine: B"], "unchecked": True}, {"write": ["nothing"]}, REPLACE,
     )  # fmt: skip
-    with standing(REPLACEABLE, log) as (owner, _, _):
+    with standing(REPLACEABLE, log) as (server, _, _):
         changing = Changeable(REPLACEABLE)
-        owner.takes(changing)
+        server.takes(changing)
         with connected() as first, ExitStack() as others:
-            owner.serve(0)
+            server.serve(0)
             assert len(heard(first)) == 1
-            assert not say(owner, first, REPLACE) and len(changing.asked) == 1
+            assert not say(server, first, REPLACE) and len(changing.asked) == 1
             for request in requests:
                 client = others.enter_context(connected())
-                owner.serve(0)
+                server.serve(0)
                 heard(client)
                 for _ in range(FIRST):
-                    (answer,) = say(owner, client, request)
+                    (answer,) = say(server, client, request)
                     assert "error" in answer
             assert len(changing.asked) == 1
             changing.asked[0]("it is refused", ())
             client.send(json.dumps(REPLACE).encode() + b"\n")
-            owner.serve(0)
-            owner.serve(0)
+            server.serve(0)
+            server.serve(0)
             assert len(changing.asked) == 2
-        owner.settle()
+        server.note_left_out()
     log.close()
     lines = [json.loads(line) for line in log.path.read_text().splitlines()]
     told = [line["what"] for line in lines]
@@ -371,34 +371,34 @@ def test_what_is_refused_for_its_value_does_not_fill_the_audit_log(tmp_path: Pat
 
 def test_what_is_logged_is_logged_before_it_is_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     log = AuditLog(tmp_path / "log")
-    with standing(REPLACEABLE, log) as (owner, shared, _), connected() as client:
+    with standing(REPLACEABLE, log) as (server, shared, _), connected() as client:
         changing = Changeable(REPLACEABLE)
-        owner.takes(changing)
+        server.takes(changing)
         monkeypatch.setattr(log, "failure", "the disk is full")
-        owner.serve(0)
+        server.serve(0)
         heard(client)
         for request in ({"command": ["write", "mode", 1]}, {"write": ["go"]}, REPLACE):
-            (answer,) = say(owner, client, request)
+            (answer,) = say(server, client, request)
             assert "the audit log cannot be written: the disk is full" in str(answer["error"])
         assert shared.posts._issued is None and not changing.asked
-        assert shared.loop.told[control.WRITER_COUNT] == 1
+        assert shared.loop.control[control.WRITER_COUNT] == 1
     log.close()
 
 
 def test_a_change_that_cannot_be_checked_is_refused() -> None:
     """Where the system has no descriptor, process or thread left: the run goes on."""
-    with standing(REPLACEABLE) as (owner, _, _), connected() as client:
+    with standing(REPLACEABLE) as (server, _, _), connected() as client:
         changing = Changeable(REPLACEABLE)
-        owner.takes(changing)
-        owner.serve(0)
+        server.takes(changing)
+        server.serve(0)
         heard(client)
         problems = [OSError(number, os.strerror(number)) for number in (EMFILE, ENFILE, EAGAIN, ENOMEM)]
         for problem in (*problems, RuntimeError("can't start new thread")):
             changing.problem = problem
-            (answer,) = say(owner, client, REPLACE)
+            (answer,) = say(server, client, REPLACE)
             assert answer["error"] == f"it cannot be checked: {getattr(problem, 'strerror', problem)}"
         changing.problem = None
-        assert not say(owner, client, REPLACE) and changing.asked
+        assert not say(server, client, REPLACE) and changing.asked
 
 
 def test_a_check_without_a_process_leaves_no_descriptor(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -413,22 +413,22 @@ def test_a_check_without_a_process_leaves_no_descriptor(monkeypatch: pytest.Monk
 
 
 def test_a_run_goes_on_whose_socket_was_removed(boards: Path) -> None:  # noqa: F811
-    with standing(PLAIN) as (owner, shared, said), connected() as client:
-        owner.takes(Changeable(PLAIN))
-        owner.serve(0)
+    with standing(PLAIN) as (server, shared, said), connected() as client:
+        server.takes(Changeable(PLAIN))
+        server.serve(0)
         socket_path("board").unlink()
         boards.rmdir()
-        owner.follow(shared)
+        server.follow(shared)
         assert len(said) == 1 and said[0].endswith("who may connect cannot be changed: No such file or directory")
-        owner.serve(0)
+        server.serve(0)
         assert heard(client)
 
 
 def test_a_connection_that_cannot_be_waited_for_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """The system limits how many descriptors a user waits for."""
-    with standing(PLAIN) as (owner, _, _), connected() as client, monkeypatch.context() as limited:
-        limited.setattr(owner, "_epoll", Full(owner._epoll))
-        owner.serve(0)
+    with standing(PLAIN) as (server, _, _), connected() as client, monkeypatch.context() as limited:
+        limited.setattr(server, "_epoll", Full(server._epoll))
+        server.serve(0)
         assert heard(client) == [{"error": "there is no room for another connection: No space left on device"}]
 
 
@@ -443,19 +443,19 @@ class Full:
 
 
 def test_a_descriptor_is_kept_where_nobody_calls_any_more() -> None:
-    with standing(PLAIN) as (owner, _, _):
-        owner._turn_away()
-        assert owner._spare >= 0
+    with standing(PLAIN) as (server, _, _):
+        server._turn_away()
+        assert server._spare >= 0
 
 
 def test_the_last_command_is_logged_before_the_run_ends(tmp_path: Path) -> None:
     log = AuditLog(tmp_path / "log")
-    with standing(PLAIN, log) as (owner, shared, _), connected() as operator:
-        owner.serve(0)
+    with standing(PLAIN, log) as (server, shared, _), connected() as operator:
+        server.serve(0)
         operator.send(b'{"command": ["suspend", "a"]}\n')
-        owner.serve(0)
+        server.serve(0)
         shared.loop.go(1)
-        owner.settle()
+        server.note_left_out()
         log.note(ENDED, {})
     log.close()
     assert not verify(log.path).open
@@ -480,22 +480,22 @@ def test_more_entries_than_a_few_are_counted() -> None:
     assert not [*sparing.left_out(over=True)]
 
 
-def test_a_socket_for_waking_is_the_owners() -> None:
+def test_a_socket_for_waking_is_the_servers() -> None:
     """No client names one, removes that of another, or has more descriptors on the way than one."""
     board = socket_path("board")
     stale, others = wake_path(board, 3), (board.with_name("board.x.wake"), wake_path(board.with_name("boar.d"), 3))
     for path in (stale, *others):
         path.touch()
-    with standing(PLAIN) as (owner, _, _), connected() as one, connected() as other:
+    with standing(PLAIN) as (server, _, _), connected() as one, connected() as other:
         assert not stale.exists() and all(path.exists() for path in others)
-        owner.serve(0)
-        owner.serve(0)
+        server.serve(0)
+        server.serve(0)
         assert heard(one) and heard(other)
 
         def asked(client: socket.socket, request: object) -> dict[str, object]:
             client.send(json.dumps(request).encode() + b"\n")
-            owner.serve(0)
-            owner.serve(0)
+            server.serve(0)
+            server.serve(0)
             return heard(client)[0]
 
         assert asked(one, {"subscribe": True}) == {"ok": True, "socket": 0}
@@ -504,11 +504,11 @@ def test_a_socket_for_waking_is_the_owners() -> None:
         for request in ({"subscribe": "0123456789abcdef"}, {"subscribe": 1}, {"unsubscribe": 0}):
             assert "error" in asked(other, request)
         other.close()
-        owner.serve(0)
+        server.serve(0)
         assert path.exists()
         one.send(b'{"subscribe": true}\n' * 3)
         for _ in range(3 + 1):
-            owner.serve(0)
+            server.serve(0)
         assert ["error" in line for line in heard(one)] == [False, True, True]
         assert asked(one, {"unsubscribe": 0}) == {"ok": True} and not path.exists()
     assert {*board.parent.iterdir()} == {*others}
@@ -533,7 +533,7 @@ def test_who_is_not_woken_looks_again() -> None:
                 updates = iter(reader)
                 assert [next(updates) and None for _ in range(100)]
             asyncio.run(follow())
-        assert loop.told[control.WAKE_COUNT]
+        assert loop.control[control.WAKE_COUNT]
 
 
 def test_leaving_asynchronous_frames_leaves_nothing(capsys: pytest.CaptureFixture[str]) -> None:
@@ -577,7 +577,7 @@ def test_another_account_reads_and_posts(monkeypatch: pytest.MonkeyPatch) -> Non
                 with pytest.raises(PostRefused, match=r"user `daemon` \(low\) may not suspend `a`"):
                     board.command("suspend", "a")
             with pytest.raises(NoPlace, match="not a folder of yours"):
-                Owner("mine", None, Permissions())  # type: ignore[arg-type]
+                Server("mine", None, Permissions())  # type: ignore[arg-type]
             assert names() == ["board"]
         socket_path("board").parent.chmod(0o711)
         with as_user(DAEMON), pytest.raises(NoPlace, match="cannot be read: Permission denied"):
@@ -669,7 +669,7 @@ def test_a_signal_does_not_end_a_call() -> None:
 
 
 def test_a_caller_waits_until_there_is_room() -> None:
-    """The system keeps so many calls waiting; one more waits for the owner, as long as it is told to."""
+    """The system keeps so many calls waiting; one more waits for the server, as long as it is told to."""
     with socket.socket(socket.AF_UNIX) as server, ExitStack() as calls:
         server.bind(str(socket_path("board")))
         server.listen(0)

@@ -39,7 +39,7 @@ from llfsm_verify.runtime.whiteboard.connections import CONNECTIONS, PIECE
 from llfsm_verify.runtime.whiteboard.permissions import Permissions, user_name
 from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST, NoPlace, names, socket_path
 from llfsm_verify.runtime.whiteboard.segment import Attached, Lent, NoSegment, Segment
-from llfsm_verify.runtime.whiteboard.server import MOST_REFUSALS, MOST_WAKES, Owner, Taken
+from llfsm_verify.runtime.whiteboard.server import MOST_REFUSALS, MOST_WAKES, Server, Taken
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.sparing import FIRST
 from llfsm_verify.semantics.lowering import lower
@@ -119,12 +119,12 @@ def served(
     loop = Loop(code, period=period, held=starting_values(code.program))
     shared, over = Shared(name, loop), threading.Event()
     said = [] if refused is None else refused
-    owner = Owner(name, shared, Permissions.of(arrangement), refused=said.append, audit=audit)
+    server = Server(name, shared, Permissions.of(arrangement), refused=said.append, audit=audit)
     run = Run(loop)
 
     def serve() -> None:
         while not over.is_set():
-            owner.serve(0.01)
+            server.serve(0.01)
 
     thread = threading.Thread(target=serve)
     run.start()
@@ -136,8 +136,8 @@ def served(
         assert run.wait()
         over.set()
         thread.join()
-        owner.settle()
-        owner.close()
+        server.note_left_out()
+        server.close()
         shared.close()
 
 
@@ -211,7 +211,7 @@ def test_a_writer_posts_in_memory_of_its_own() -> None:
             with pytest.raises(PostRefused, match="no input `x`"):
                 board.writer("x")
         board.close()
-        while True:  # until the owner has noticed
+        while True:  # until the server has noticed
             try:
                 other.post(level=-2)
                 other.writer("far").close()
@@ -289,7 +289,7 @@ def test_what_is_refused() -> None:
         with pytest.raises(PostRefused, match="belongs to another process"):
             other.post(level=1)
         board.close()
-        while True:  # until the owner has noticed
+        while True:  # until the server has noticed
             try:
                 other.post(level=1)
                 break
@@ -323,7 +323,7 @@ def test_requests_that_are_none() -> None:
         stream.write(b'{"post": {}}\n')
         stream.flush()
         assert json.loads(stream.readline()) == {"ok": True}
-        with suppress(ConnectionError):  # a line without an end: the owner has had enough
+        with suppress(ConnectionError):  # a line without an end: the server has had enough
             connection.sendall(b"x" * (2 * MOST_REQUEST))
             while connection.recv(1):
                 pass
@@ -338,7 +338,7 @@ def test_two_of_one_name() -> None:
     with served(load_arrangement(LIGHTS)):
         loop = Loop(code_of(load_arrangement(LIGHTS)))
         with closing(Shared("board", loop)) as shared, pytest.raises(Taken, match="in use"):
-            Owner("board", shared, Permissions())
+            Server("board", shared, Permissions())
         assert names() == ["board"]
 
 
@@ -675,7 +675,7 @@ def test_what_is_no_segment(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_killed_owner_is_noticed_and_its_last_frame_stays() -> None:
+def test_a_killed_server_is_noticed_and_its_last_frame_stays() -> None:
     command = [sys.executable, "-m", "llfsm_verify", "run", LIGHTS, "--rate", "100", "--whiteboard", "killed"]
     for _ in range(2):
         process = subprocess.Popen(command)
@@ -722,6 +722,6 @@ def test_the_command(capsys: pytest.CaptureFixture[str]) -> None:
         threading.Timer(0.2, loop.stop).start()
         done = llfsm("whiteboard", "watch", "lights", "ns", "car")
         assert done.returncode == 0 and done.stdout.endswith("stopped\n") and "car = true" in done.stdout
-    assert loop.told[control.STOP]
+    assert loop.control[control.STOP]
     done = llfsm("run", LIGHTS, "--whiteboard", "a/b")
     assert done.returncode == 3 and "error[E485]" in done.stderr

@@ -82,7 +82,7 @@ def check_log(
         stem, loop = word[:-1], word[-1:]
         assumed = all(claim_of(p, problem.clock).true_on(stem, loop) for p in properties.assumptions)
         for watch in watches:
-            watch.settle(stem, loop, assumed=assumed)
+            watch.decide_on_lasso(stem, loop, assumed=assumed)
     found = []
     for watch in watches:
         decided = watch.decided(open_end="the log ends there, and the mapping does not say `ended: true`")
