@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from llfsm_verify.backends.native.layout import WORD_BITS
-from llfsm_verify.backends.native.passes import optimise
-from llfsm_verify.interrupts import whole
 from llfsm_verify.monitoring.lookup import WalkTable
 
 Place = tuple[int, int]
@@ -137,28 +135,6 @@ def _gather(places: Sequence[Place], prefix: str) -> tuple[list[str], str]:
         lines += [f"  {name}.l = shl i64 {cut}, {position}", f"  {name} = or i64 {result}, {name}.l"]
         result = name
     return lines, result
-
-
-class MachineCode:
-    """A compiled LLVM module; it lives as long as this object. `quick`: without the optimisations that take long."""
-
-    @whole
-    def __init__(self, text: str, *, quick: bool = False) -> None:
-        import llvmlite.binding as llvm
-
-        llvm.initialize_native_target()
-        llvm.initialize_native_asmprinter()
-        level = 0 if quick else 2
-        machine = llvm.Target.from_default_triple().create_target_machine(cpu=llvm.get_host_cpu_name(), opt=level)
-        module = llvm.parse_assembly(text)
-        optimise(module, machine, level)
-        self._engine = llvm.create_mcjit_compiler(module, machine)
-        self._engine.finalize_object()
-
-    def address(self, function: str) -> int:
-        """The address of an exported function."""
-        found: int = self._engine.get_function_address(function)
-        return found
 
 
 def atom_places(atoms: Sequence[str], known: Mapping[str, Place]) -> list[Place]:

@@ -6,7 +6,8 @@ import ctypes
 from collections.abc import Iterable, Mapping, Sequence
 
 from llfsm_verify.backends.native.layout import WORD_BITS, WORD_BYTES
-from llfsm_verify.monitoring.code import MachineCode, atom_places, by_word, letters_text, monitor_text
+from llfsm_verify.backends.native.machine_code import MachineCode
+from llfsm_verify.monitoring.code import atom_places, by_word, letters_text, monitor_text
 from llfsm_verify.monitoring.lookup import Stepping, walk_table
 
 PORTION = 1 << 17
@@ -30,7 +31,8 @@ class CompiledMonitors:
         self._tables = [walk_table(monitor) for monitor in monitors.values()]
         places = by_word(self.atoms)
         text = monitor_text(self._tables, [atom_places(m.atoms, places) for m in monitors.values()])
-        self._code = MachineCode("\n".join([text, letters_text(self._tables, self.letter_words)]))
+        text = "\n".join([text, letters_text(self._tables, self.letter_words)])
+        self._code = MachineCode(lambda: text, "thorough", text)
         i64, pointer = ctypes.c_int64, ctypes.c_void_p
         self._letters = ctypes.CFUNCTYPE(i64, pointer, i64, pointer)(self._code.address("letters"))
         self._states = (ctypes.c_int64 * max(1, len(self._tables)))()

@@ -140,6 +140,19 @@ class Expansion:
                 yield Edge(source, process, status, record, told)
 
 
+class StepCode(MachineCode):
+    """The functions of a step program's module (`backends.native.loops`)."""
+
+    def __init__(self, text: Callable[[], str], effort: Effort, name: str | None = None) -> None:
+        super().__init__(text, effort, name)
+        i32, i64, pointer = ctypes.c_int32, ctypes.c_int64, ctypes.c_void_p
+        self.step: Callable[..., int] = ctypes.CFUNCTYPE(i32, pointer, pointer, i64)(self.address("step"))
+        self.run: Callable[..., int] = ctypes.CFUNCTYPE(i64, pointer, i64, i64, pointer)(self.address("run"))
+        self.expand_address = self.address("expand")
+        expand = ctypes.CFUNCTYPE(i64, pointer, i64, pointer, i64, pointer)
+        self.expand: Callable[..., int] = expand(self.expand_address)
+
+
 class NativeProgram:
     """A step program compiled for this computer, when it is first used.
 
@@ -153,7 +166,7 @@ class NativeProgram:
         self.program = program
         self.events: Collection[EventKind] = (EVENT_KINDS if events else ()) if isinstance(events, bool) else events
         self._effort = effort
-        self._compiled: MachineCode | None = None
+        self._compiled: StepCode | None = None
         self._spent = 0.0
         self.layout = Layout.of(program)
         self._context = ContextLayout.of(program, self.layout, self.events)
@@ -177,16 +190,16 @@ class NativeProgram:
             return ModuleText(self.program, self.layout, self._context, self.events).text
 
     @property
-    def _code(self) -> MachineCode:
+    def _code(self) -> StepCode:
         if self._compiled is None:
             with stage(COMPILING):
                 self._compiled = self._machine_code(self._effort or "quick")
         return self._compiled
 
-    def _machine_code(self, effort: Effort) -> MachineCode:
+    def _machine_code(self, effort: Effort) -> StepCode:
         kept_as = self.program.kept_as
         name = None if kept_as is None else f"{kept_as} {' '.join(sorted(self.events))}"
-        return MachineCode(lambda: self.text, effort, name)
+        return StepCode(lambda: self.text, effort, name)
 
     @property
     def effort(self) -> Effort:

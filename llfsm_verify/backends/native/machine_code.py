@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable
 from functools import cache
 from importlib import resources
@@ -13,9 +12,9 @@ from llfsm_verify.backends.native.passes import optimise
 from llfsm_verify.interrupts import whole
 from llfsm_verify.kept import fingerprint, keep_newest, keeping_meanwhile, kept, place
 
-Effort = Literal["quick", "full"]
-
-SECONDS_A_LINE: dict[Effort, float] = {"quick": 3.5e-6, "full": 50e-6}
+Effort = Literal["quick", "full", "thorough"]
+LEVELS: dict[Effort, int] = {"quick": 0, "full": 1, "thorough": 2}
+SECONDS_A_LINE: dict[Effort, float] = {"quick": 3.5e-6, "full": 50e-6, "thorough": 90e-6}
 """About what a line of LLVM text costs to compile (2 GHz, LLVM 22)."""
 WORTH_KEEPING = 0.1
 """Seconds from which machine code is kept: small modules are compiled faster than many files are looked after."""
@@ -29,12 +28,13 @@ class MachineCode:
     """The compiled module; it lives as long as this object.
 
     Quick: locals in registers, tidy branches, the fast instruction selector. Full: LLVM's -O1, which also inlines.
+    Thorough: -O2, for loops that go round for hours.
     """
 
     @whole
     def __init__(self, text: Callable[[], str], effort: Effort, name: str | None = None) -> None:
-        """`text` writes the module. `name`: says all that decides what it writes, so that code kept under it can be
-        loaded without the text; None: nothing shorter than the text does."""
+        """`text` writes the module. `name`: says all that decides what it writes, so that code is kept under it, and
+        loaded without the text; None: nothing shorter than the text does, and code is kept that took long."""
         import llvmlite.binding as llvm
 
         self.effort = effort
@@ -54,20 +54,17 @@ class MachineCode:
         else:
             self.lines = int.from_bytes(found[:COUNT], "little")
             self._engine = _loaded(found[COUNT:], effort)
-        i32, i64, pointer = ctypes.c_int32, ctypes.c_int64, ctypes.c_void_p
-        address = self._engine.get_function_address
-        self.step: Callable[..., int] = ctypes.CFUNCTYPE(i32, pointer, pointer, i64)(address("step"))
-        self.run: Callable[..., int] = ctypes.CFUNCTYPE(i64, pointer, i64, i64, pointer)(address("run"))
-        self.expand_address: int = address("expand")
-        expand = ctypes.CFUNCTYPE(i64, pointer, i64, pointer, i64, pointer)
-        self.expand: Callable[..., int] = expand(self.expand_address)
+
+    def address(self, function: str) -> int:
+        """The address of an exported function."""
+        found: int = self._engine.get_function_address(function)
+        return found
 
 
 def _target_machine(effort: Effort) -> Any:
     import llvmlite.binding as llvm
 
-    level = 1 if effort == "full" else 0
-    return llvm.Target.from_default_triple().create_target_machine(cpu=llvm.get_host_cpu_name(), opt=level)
+    return llvm.Target.from_default_triple().create_target_machine(cpu=llvm.get_host_cpu_name(), opt=LEVELS[effort])
 
 
 def _compiled(text: str, effort: Effort, path: Path | None) -> Any:
@@ -76,7 +73,7 @@ def _compiled(text: str, effort: Effort, path: Path | None) -> Any:
 
     machine = _target_machine(effort)
     module = llvm.parse_assembly(text)
-    optimise(module, machine, 1 if effort == "full" else 0)
+    optimise(module, machine, LEVELS[effort])
     engine = llvm.create_mcjit_compiler(module, machine)
     if path is None:
         engine.finalize_object()

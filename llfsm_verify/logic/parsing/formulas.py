@@ -17,7 +17,6 @@ from llfsm_verify.logic.formula import atoms as atoms_of
 from llfsm_verify.logic.initial import without_initially
 from llfsm_verify.logic.parsing.bounds import Bound, read_bound
 from llfsm_verify.logic.parsing.mistakes import NO_BITS, misfit, refuse_operator
-from llfsm_verify.logic.parsing.plain import parse_plain
 from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, TEMPORAL_PAIRS, odd, tokenise
 from llfsm_verify.logic.parsing.words import Words, check_words
 
@@ -57,9 +56,6 @@ def parse_formula(fragment: Fragment) -> Parsed:
 
 def parse_words(words: Words) -> Parsed:
     """`parse_formula` for words already taken apart, of which there is at least one."""
-    plain = parse_plain(words)
-    if plain is not None:
-        return Parsed(*plain)
     parsed = parse_by_grammar(words)
     refuse_many_steps(parsed, words.span(0, len(words.tokens) - 1))
     return parsed
@@ -74,7 +70,7 @@ def refuse_many_steps(parsed: Parsed, place: Span) -> None:
 
 
 def parse_by_grammar(words: Words) -> Parsed:
-    """`parse_words` for any formula, and the mistakes: what `parse_plain` reads, this reads alike."""
+    """`parse_words`, with any number of steps in bounds."""
     check_words(words)
     with _lock:  # the parser's callbacks are bound to one builder
         parser, builder = _parser()

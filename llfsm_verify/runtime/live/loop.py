@@ -11,7 +11,8 @@ from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.native.code import BROKEN
 from llfsm_verify.backends.native.context import STATUS, ContextLayout
 from llfsm_verify.backends.native.executor import FULL_EFFORT_LINES, NativeProgram, _nonzero_seed
-from llfsm_verify.monitoring.code import MachineCode, atom_places, monitor_text
+from llfsm_verify.backends.native.machine_code import Effort, MachineCode
+from llfsm_verify.monitoring.code import atom_places, monitor_text
 from llfsm_verify.monitoring.lookup import walk_table
 from llfsm_verify.monitoring.states import Monitor
 from llfsm_verify.program.program import Program
@@ -76,7 +77,8 @@ class LiveCode:
             texts.append(monitor_text(self.tables, [atom_places(atoms, shown) for atoms in self.atoms]))
         texts.append(live_text(self.native, self.frames, self.context, monitors=bool(monitors)))
         text = "\n".join(texts)
-        self._code = MachineCode(text, quick=text.count("\n") > FULL_EFFORT_LINES)
+        effort: Effort = "quick" if text.count("\n") > FULL_EFFORT_LINES else "thorough"
+        self._code = MachineCode(lambda: text, effort, text)
         i32, i64, pointer = ctypes.c_int32, ctypes.c_int64, ctypes.c_void_p
         address = self._code.address
         self.live: Callable[..., int] = ctypes.CFUNCTYPE(i64, pointer, pointer, pointer)(address("live"))

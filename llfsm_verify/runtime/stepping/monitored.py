@@ -11,8 +11,9 @@ from llfsm_verify.backends.native.context import DRAWN, ENDED, PROCESS, RANDOM, 
 from llfsm_verify.backends.native.executor import FULL_EFFORT_LINES, RUN_PORTION, Event, NativeProgram, _nonzero_seed
 from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.native.loops import Between, fill, run_loop
+from llfsm_verify.backends.native.machine_code import MachineCode
 from llfsm_verify.backends.reference import evaluate
-from llfsm_verify.monitoring.code import MachineCode, Place, atom_places, monitor_text
+from llfsm_verify.monitoring.code import Place, atom_places, monitor_text
 from llfsm_verify.monitoring.lookup import Stepping, WalkTable, walk_table
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing
@@ -163,7 +164,7 @@ class _Watch:
 
     def __init__(self, text: str, quick: bool) -> None:
         self.quick = quick
-        self._code = MachineCode(text, quick=quick)
+        self._code = MachineCode(lambda: text, "quick" if quick else "thorough", text)
         i32, i64, pointer = ctypes.c_int32, ctypes.c_int64, ctypes.c_void_p
         watch = ctypes.CFUNCTYPE(i64, pointer, i64, pointer, pointer, pointer)
         self.watch: Callable[..., int] = watch(self._code.address("watch"))

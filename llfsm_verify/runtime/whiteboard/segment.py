@@ -16,7 +16,7 @@ import weakref
 from collections.abc import Callable, Sequence
 from functools import cache
 
-from llfsm_verify.monitoring.code import MachineCode
+from llfsm_verify.backends.native.machine_code import MachineCode
 from llfsm_verify.runtime.live import generations
 from llfsm_verify.runtime.live.generations import (
     EPOCH,
@@ -46,7 +46,7 @@ class _Code:
     """`publish` and `newest` in machine code, compiled once in a process."""
 
     def __init__(self) -> None:
-        self._code = MachineCode(generations.TEXT)
+        self._code = MachineCode(lambda: generations.TEXT, "thorough", generations.TEXT)
         pointer, i64 = ctypes.c_void_p, ctypes.c_int64
         address = self._code.address
         self.publish: Callable[..., None] = ctypes.CFUNCTYPE(None, pointer, pointer, i64)(address("publish"))

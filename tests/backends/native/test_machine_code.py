@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 
 from llfsm_verify import kept
 from llfsm_verify.backends.native import machine_code
-from llfsm_verify.backends.native.executor import Effort, NativeProgram
+from llfsm_verify.backends.native.executor import Effort, NativeProgram, StepCode
 from llfsm_verify.program.program import Program
 from llfsm_verify.testing.programs import programs
 from tests.quick import examples
@@ -56,7 +56,7 @@ define i64 @expand(ptr %r, i64 %n, ptr %b, i64 %e, ptr %c) {{ ret i64 0 }}
 
 
 def step(value: int, effort: Effort = "quick") -> int:
-    code = machine_code.MachineCode(lambda: TEXT.format(value=value), effort)  # the code lives as long as this object
+    code = StepCode(lambda: TEXT.format(value=value), effort)  # the code lives as long as this object
     return code.step(0, 0, 0)
 
 
@@ -84,11 +84,11 @@ def test_machine_code_is_named_after_all_that_decides_it(cache: Path, monkeypatc
 
 
 def test_code_kept_under_a_name_is_loaded_without_its_text(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    made = machine_code.MachineCode(lambda: TEXT.format(value=3), "quick", "three")
-    found = machine_code.MachineCode(lambda: pytest.fail("written again"), "quick", "three")
+    made = StepCode(lambda: TEXT.format(value=3), "quick", "three")
+    found = StepCode(lambda: pytest.fail("written again"), "quick", "three")
     assert (found.step(0, 0, 0), found.lines) == (3, made.lines) == (3, TEXT.count("\n"))
     for name, effort in (("four", "quick"), ("three", "full")):
-        other = machine_code.MachineCode(lambda: TEXT.format(value=4), effort, name)
+        other = StepCode(lambda: TEXT.format(value=4), effort, name)
         assert other.step(0, 0, 0) == 4
 
 

@@ -9,7 +9,7 @@ import pytest
 
 COMPILE = """
 import gc
-from llfsm_verify.monitoring.code import MachineCode
+from llfsm_verify.backends.native.machine_code import MachineCode
 from llfsm_verify.runtime.live.generations import TEXT
 
 def pages():
@@ -18,7 +18,7 @@ def pages():
 
 def compile(count):
     for _ in range(count):
-        MachineCode(TEXT)
+        MachineCode(lambda: TEXT, "thorough")
 
 compile(20)
 before = pages()

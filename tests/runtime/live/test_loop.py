@@ -15,13 +15,15 @@ import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
+from llfsm_verify import kept
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement
+from llfsm_verify.backends.native import machine_code
 from llfsm_verify.backends.native.executor import OVERFLOW
+from llfsm_verify.backends.native.machine_code import MachineCode
 from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import parse_properties
-from llfsm_verify.monitoring.code import MachineCode
 from llfsm_verify.monitoring.properties import monitor_properties
 from llfsm_verify.runtime.live import control, generations
 from llfsm_verify.runtime.live.frame import (
@@ -135,6 +137,20 @@ def test_the_loop_agrees_with_the_reference_on_many(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_the_machine_code_of_a_run_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(kept.FOLDER, str(tmp_path))
+    program = lower(build_arrangement(LAMP), (), keep_all_bits=True)
+    made = LiveCode(program)
+    monkeypatch.setattr(machine_code, "_compiled", lambda *_: pytest.fail("compiled again"))
+    records = []
+    for code in (made, LiveCode(program)):
+        loop = Loop(code)
+        loop.begin(0)
+        loop.go(4)
+        records.append((loop.steps, loop.record))
+    assert records[0] == records[1]
+
+
 def test_several_processes_take_turns_by_cycles(tmp_path: Path) -> None:
     machines = dict.fromkeys("abc", LAMP["machines"]["m"])
     board = {"on": {"type": "bool", "role": "input"}, "n": {"type": "uint8"}}
@@ -232,7 +248,7 @@ def test_monitors_in_the_loop_read_what_those_beside_a_simulation_read(observe: 
         assert list(loop.frame[code.frames.monitors :]) == list(beside._states)
     assert "soon" in beside.settled
     stopping = Loop(code, held=held)
-    stopping.control[control.SETTLE] = 1
+    stopping.control[control.UNTIL_SETTLED] = 1
     stopping.begin(0)
     assert stopping.go(1000) == control.DECIDED
     assert stopping.steps == -(-min(beside.settled.values()) // 3) * 3
@@ -298,7 +314,7 @@ class Memory:
     """A segment in this process, for frames of so many words."""
 
     def __init__(self, words: int) -> None:
-        code = MachineCode(generations.TEXT)
+        code = MachineCode(lambda: generations.TEXT, "thorough")
         pointer, i64 = ctypes.c_void_p, ctypes.c_int64
         self.code = code
         self._publish = ctypes.CFUNCTYPE(None, pointer, pointer, i64)(code.address("publish"))

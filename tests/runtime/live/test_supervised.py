@@ -179,7 +179,7 @@ def nothing_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object, **__: object) -> object:
         raise AssertionError("something is compiled, or memory is mapped, before outputs are safe")
 
-    for place in ("llfsm_verify.monitoring.code.MachineCode.__init__", "mmap.mmap", "os.memfd_create"):
+    for place in ("llfsm_verify.backends.native.machine_code.MachineCode.__init__", "mmap.mmap", "os.memfd_create"):
         monkeypatch.setattr(place, refuse)
     monkeypatch.setattr(segment, "MachineCode", refuse)
     monkeypatch.setattr(segment.Mapped, "__init__", refuse)

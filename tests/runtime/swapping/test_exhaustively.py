@@ -229,9 +229,9 @@ def check_one(document: Document, seed: int, tally: Counter[str]) -> None:
         tally["accepted"] += 1
         assert not faults and not violated, (violated, lines)
         assert places.keys() <= outcome.points if not alone_running else places.keys() == outcome.points
-    elif outcome.happening is not None and alone_running:
+    elif outcome.counterexample is not None and alone_running:
         tally["refused"] += 1
-        tally["endless"] += outcome.happening.endless
+        tally["endless"] += outcome.counterexample.endless
         if outcome.broken is None:
             assert faults
         elif outcome.broken in after.monitors and outcome.broken not in lost:

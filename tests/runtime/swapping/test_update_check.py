@@ -86,7 +86,7 @@ def random_checks(folder: Path, count: int) -> None:
         lost = [verdict == "violated" for verdict in loop.verdicts]
         if isinstance(outcome, Refusal):
             tally["refused"] += 1
-            if outcome.happening is None:
+            if outcome.counterexample is None:
                 return
             path = folder / "refused"
             path.unlink(missing_ok=True)
@@ -182,8 +182,10 @@ def test_an_answer_says_why(action, lines, reason, tmp_path):
         assert isinstance(outcome, Refusal)
         assert outcome.reason.startswith(reason)
         header = {"name": "test", "loaded": [["count", "m.yaml", "", False]]}
-        assert outcome.happening is not None
-        turns = [move for move in outcome.happening.moves if move.process is not None]  # the schedule has one machine
+        assert outcome.counterexample is not None
+        turns = [
+            move for move in outcome.counterexample.moves if move.process is not None
+        ]  # the schedule has one machine
         assert record_counterexample(outcome, following, properties, header, tmp_path / "r") == len(turns)
 
 
@@ -233,7 +235,7 @@ def test_what_a_monitor_waits_for_must_come(line, later, action, accepted, tmp_p
     assert isinstance(outcome, Accepted) == accepted, outcome
     assert not any("from now on" in note for note in outcome.notes)
     if isinstance(outcome, Refusal):
-        assert outcome.happening is not None and outcome.happening.endless
+        assert outcome.counterexample is not None and outcome.counterexample.endless
         header = {"name": "test", "loaded": [["count", "m.yaml", "", False]]}
         assert record_counterexample(outcome, following, properties, header, tmp_path / "r")
 
