@@ -52,7 +52,8 @@ from llfsm_verify.verification.query import ask, parse_query
 from llfsm_verify.verification.verify import verify
 
 if TYPE_CHECKING:
-    from llfsm_verify.api.running import LiveRun, Processes
+    from llfsm_verify.api.running import LiveRun
+    from llfsm_verify.runtime.swapping.settings import Processes
     from llfsm_verify.runtime.whiteboard.client import Whiteboard
 
 QUERY = "<query>"

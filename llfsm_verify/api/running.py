@@ -9,11 +9,11 @@ import select
 import threading
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Future
-from contextlib import ExitStack, closing, contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
-from typing import Literal, Self
+from typing import Self
 
 from llfsm_verify.api.properties import Properties, property_sources
 from llfsm_verify.api.traces import Value
@@ -25,21 +25,16 @@ from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.logic.properties import parse_properties
-from llfsm_verify.runtime.live.plan import Plan
+from llfsm_verify.runtime.launch import Launch, launched
 from llfsm_verify.runtime.live.run import RunReport
-from llfsm_verify.runtime.live.serving import Attendant
 from llfsm_verify.runtime.live.slots import slots_of
-from llfsm_verify.runtime.swapping.hot_swap import SwappableRun
-from llfsm_verify.runtime.swapping.settings import RunSettings
+from llfsm_verify.runtime.swapping.settings import Processes, RunSettings
 from llfsm_verify.runtime.whiteboard.client import Replaced, WhiteboardError
-from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace
-from llfsm_verify.runtime.whiteboard.server import Server, Taken
+from llfsm_verify.runtime.whiteboard.server import Taken
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.values import text
 
-Processes = Literal["thread", "separate", "together"]
-Started = tuple[SwappableRun, Shared, Server | None]
 PATIENCE = 0.02
 """Seconds between two looks whether there is something to do, at most."""
 SHORTLY = 0.001
@@ -53,9 +48,9 @@ class LiveRun:
     leaving the context does nothing, and all else raises RuntimeError. `wrapped` is private.
     """
 
-    def __init__(self, how: Plan, started: Callable[[ExitStack], Started]) -> None:
+    def __init__(self, ready: Launch) -> None:
         self._pid = os.getpid()
-        self.unmonitored: Mapping[str, str] = how.unmonitored
+        self.unmonitored: Mapping[str, str] = ready.plan.unmonitored
         """Properties that no finite part of a run decides, and why."""
         self._left = ExitStack()
         self._thread = threading.Thread(target=self._serve, name="llfsm-serve", daemon=True)
@@ -65,7 +60,11 @@ class LiveRun:
         self._awaiting: list[Callable[[], object]] = []
         """To be called when it has ended, by the thread that serves."""
         try:
-            self.wrapped, self._shared, self._owner = started(self._left)
+            try:
+                self._launched = self._left.enter_context(launched(ready))
+            except (Taken, NoPlace) as problem:
+                raise WhiteboardError(str(problem)) from None
+            self.wrapped, self._shared = self._launched.run, self._launched.shared
             self._begin()
         except BaseException:
             if self._thread.ident is None:
@@ -107,12 +106,12 @@ class LiveRun:
             raise RuntimeError(f"the run belongs to process {self._pid}, of which this one is a child")
 
     def _serve(self) -> None:
-        served: list[Attendant] = [self.wrapped] if self._owner is None else [self._owner, self.wrapped]
+        served = self._launched.attendants
         poll = select.poll()
-        for one in served:
+        for one in (self.wrapped, *served):
             poll.register(one.fileno(), select.POLLIN)
         try:
-            self.wrapped.start(*([] if self._owner is None else [self._owner.follow]), self._follow)
+            self._launched.start(self._follow)
             while not self._has_ended():
                 with self._lock:
                     self._shared.posts.forward()
@@ -205,7 +204,7 @@ class LiveRun:
         answered: Future[tuple[int | str, Sequence[str]]] = Future()
         self.values()  # it has begun
         with self._going_on():
-            self.wrapped.ask(change, lambda outcome, notes: answered.set_result((outcome, notes)), unchecked)
+            self._launched.ask(change, lambda outcome, notes: answered.set_result((outcome, notes)), unchecked)
             self._changing = answered
         outcome, notes = answered.result()
         if isinstance(outcome, str):
@@ -329,25 +328,8 @@ def start(
         simulated=simulate, cycle_ms=cycle_ms, held=inputs, properties=lines, property_texts=sources, syntax=syntax,
         rate=rate, seed=seed if simulate else None, hold=hold, draw=draw, strict="overrun" in stop_on,
         stops_on_violation="violation" in stop_on, record=record, sources=() if draft is None else draft.sources,
-        digest=given.digest,
+        digest=given.digest, whiteboard=whiteboard, priority=priority, processes=processes,
     )  # fmt: skip
     how = settings.plan(given)
     loop = settings.first(how, how.code(), rounds=-1 if cycles is None else cycles)
-
-    def started(left: ExitStack) -> Started:
-        shared = left.enter_context(closing(Shared(whiteboard or "run", loop, served=whiteboard is not None)))
-        server = None
-        if whiteboard is not None:
-            try:
-                server = left.enter_context(closing(Server(whiteboard, shared, Permissions.of(how.arrangement))))
-            except (Taken, NoPlace) as problem:
-                raise WhiteboardError(str(problem)) from None
-        run = SwappableRun(
-            draft, shared, settings, how.arrangement, priority=priority, together=processes == "together",
-            threaded=processes == "thread",
-        )  # fmt: skip
-        if server is not None:
-            server.takes(run)
-        return left.enter_context(run), shared, server
-
-    return LiveRun(how, started)
+    return LiveRun(Launch(draft, settings, how, loop))

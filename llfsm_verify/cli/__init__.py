@@ -123,9 +123,12 @@ def _interrupted() -> int:
 
 def report_failure(error: Exception, options: Namespace, of: str = "") -> int:
     """Say what went wrong, `of` which file where there are several; the exit code for that."""
+    from llfsm_verify.cli.io.output import UsageError, usage
     from llfsm_verify.cli.missing import missing_package
     from llfsm_verify.diagnostics import DiagnosticError
 
+    if isinstance(error, UsageError):
+        return usage(f"{of}{': ' * bool(of)}{error}")
     if isinstance(error, DiagnosticError):
         return _bad_input(options, error.diagnostics)
     if isinstance(error, MemoryError):

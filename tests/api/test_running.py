@@ -233,7 +233,7 @@ def test_a_child_cannot_end_the_run_of_its_parent(
                     except RuntimeError:
                         refused += 1
                 run.__exit__()
-                refused += run._owner._listening.fileno() == -1  # nobody would answer who calls there
+                refused += run._launched.server._listening.fileno() == -1  # nobody would answer who calls there
             finally:
                 os._exit(refused)
         assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 6

@@ -9,11 +9,12 @@ import resource
 import signal
 import sys
 from argparse import Namespace
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from fractions import Fraction
 
+from llfsm_verify.arrangement.draft import Draft
 from llfsm_verify.arrangement.formats import Given, read_arrangement
 from llfsm_verify.arrangement.granting import policy_digest
 from llfsm_verify.arrangement.model import Arrangement
@@ -21,7 +22,7 @@ from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.cli.argument_types import assignments
-from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.io.output import Output, UsageError
 from llfsm_verify.cli.io.unhurried import unhurried_errors
 from llfsm_verify.cli.panel import shown
 from llfsm_verify.cli.ports import declared_ports, following, opened, unusable, writes_to_output
@@ -33,19 +34,19 @@ from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.report.running import port_lines, report_lines
+from llfsm_verify.runtime.launch import Launch, Launched, launched
 from llfsm_verify.runtime.live.codes import CROWDED, UNSERVED
 from llfsm_verify.runtime.live.loop import Prescribed
 from llfsm_verify.runtime.live.preparing import script_of
+from llfsm_verify.runtime.live.run import RunReport
 from llfsm_verify.runtime.live.serving import serve
 from llfsm_verify.runtime.live.signals import stopping
+from llfsm_verify.runtime.ports.port import PortSpec
 from llfsm_verify.runtime.stepping.drawing import DrawingError
-from llfsm_verify.runtime.swapping.hot_swap import SwappableRun
 from llfsm_verify.runtime.swapping.settings import RunSettings
 from llfsm_verify.runtime.whiteboard.audit import ENDED, AuditLog, seal_of
-from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace
-from llfsm_verify.runtime.whiteboard.server import Server, Taken
-from llfsm_verify.runtime.whiteboard.shared import Shared
+from llfsm_verify.runtime.whiteboard.server import Taken
 
 VIOLATED, UNKNOWN = 1, 4
 MOST_SAID = 300
@@ -54,119 +55,132 @@ MOST_SAID = 300
 
 def run(options: Namespace) -> int:
     """0 when it was stopped or has ended by itself, 1 after a fault, an overrun under ``--on-overrun stop``, a port
-    that stopped it, or a recording or an audit log that ended before it, 4 when a value left 64 bits. DiagnosticError:
-    wrong files, an arrangement that cannot run, or an audit log that cannot be written (E500).
+    that stopped it, or a recording or an audit log that ended before it, 4 when a value left 64 bits. UsageError;
+    DiagnosticError: wrong files, an arrangement that cannot run, or an audit log that cannot be written (E500).
     """
     do_more_tasks()
-    if options.inputs is not None and options.ports is not None:
-        return usage("--inputs repeats the inputs of a trace, and --ports gives others; leave out one of them")
-    if options.audit is not None and options.whiteboard is None:
-        return usage("--audit logs what others ask over the whiteboard: name one with --whiteboard")
+    _refuse_misuse(options)
     draft = read_arrangement(Given(options.arrangement))
     given = resolve(draft)
     for warning in given.warnings:
         print(warning.render(), file=sys.stderr)
-    try:
-        held = assignments("--set", options.set)
-        draw = assignments("--draw", options.draw, once=True)
-    except ValueError as wrong:
-        return usage(str(wrong))
-    simulated = options.simulate or options.inputs is not None
-    texts = property_sources(options)
-    properties = told(parse_properties(texts, options.syntax, CHECKED), given)
-    if options.record is not None and any(line.file is not None for line in properties):
-        return usage("--record keeps the texts of properties, and automata are in files of their own: leave one out")
-    seed = None
-    if options.seed is not None and not options.simulate:
-        return usage("--seed is for --simulate")
-    if (options.hold is not None or options.draw) and (not options.simulate or options.inputs is not None):
-        return usage("--hold and --draw are for --simulate without --inputs: they say how inputs are drawn")
-    if options.simulate and options.inputs is None:
-        seed = options.seed if options.seed is not None else random.SystemRandom().randrange(1 << 32)
-    settings = RunSettings(
-        simulated=simulated, cycle_ms=options.cycle_ms, held=held, properties=properties, property_texts=texts,
-        syntax=options.syntax, rate=options.rate if options.rate is not None else Fraction(1), seed=seed,
-        hold=options.hold, draw=draw, jitter=options.jitter, strict=options.on_overrun == "stop",
-        stops_on_violation=options.on_violation == "stop", record=options.record, sources=draft.sources,
-        digest=draft.digest, limits=Limits(timeout=options.load_timeout, memory=options.load_memory),
-    )  # fmt: skip
-    try:
-        how = settings.plan(given)
-    except ValueError as wrong:
-        return usage(f"--set {wrong}")
-    for name, reason in how.unmonitored.items():
-        print(f"note: `{name}` is not monitored: {reason}", file=sys.stderr)
-    if seed is not None and options.seed is None:
-        print(f"seed {seed}", file=sys.stderr)
-    try:
-        how.period(settings.rate)
-    except ValueError as wrong:
-        return usage(str(wrong))
-    rounds, free, script = how.rounds(options.span), how.free, list[Prescribed]()
-    if options.inputs is not None:
-        first, script, steps = _inputs(options.inputs, given, how.program)
-        free = {**free, **first}
-        rounds = rounds if options.span is not None else steps
-    code = how.code()
-    specs = declared_ports(options.ports, code)
-    settings = replace(settings, fed=frozenset(name for spec in specs for name in spec.inputs))
-    problem = unusable(specs, held, options.arrangement)
-    if options.panel and (writes_to_output(specs) or not sys.stdout.isatty()):
-        problem = "--panel needs a terminal as standard output"
-    if problem is not None:
-        return usage(problem)
-    try:
-        loop = settings.first(how, code, rounds=rounds, free=free, script=script)
-    except DrawingError as wrong:
-        return usage(f"--{wrong}")
-    arrangement = how.arrangement
+    ready, specs, scripted = _ready(options, draft, given)
     with (
         unhurried_errors(),
         _enough_descriptors(),
-        closing(Shared(options.whiteboard or "run", loop, served=options.whiteboard is not None)) as shared,
-        _audited(options.audit, draft.digest, arrangement) as audit,
-        _served(options, shared, arrangement, settings.fed, audit) as server,
-        SwappableRun(
-            draft, shared, settings, arrangement, priority=options.priority, together=options.processes == "together"
-        ) as done,
-        opened(specs, shared, done.stop, options.record) as ports,
-        stopping(done.stop) as suspended,
-        shown(options.panel, shared, arrangement.name, how.cycle) as pictures,
+        _audited(options.audit, draft.digest, ready.plan.arrangement) as audit,
+        _launched(ready, audit, swaps=not scripted) as done,
+        opened(specs, done.shared, done.run.stop, options.record) as ports,
+        stopping(done.run.stop) as suspended,
+        shown(options.panel, done.shared, ready.plan.arrangement.name, ready.plan.cycle) as pictures,
     ):
-        if server is not None and not script:
-            server.takes(done)
-        done.start(
-            *([] if server is None else [server.follow]),
-            *([] if ports is None else [following(ports)]),
-            *([] if pictures is None else [pictures.follow]),
-        )
-        serve(done, [one for one in (server, ports, pictures, done) if one is not None])
-        report = done.report
+        done.start(*([] if ports is None else [following(ports)]), *([] if pictures is None else [pictures.follow]))
+        serve(done.run, [*(one for one in (ports, pictures) if one is not None), *done.attendants])
+        report = done.run.report
         if ports is not None:
             ports.finish(report.ending)
-        if server is not None:
-            server.note_left_out()
+        if done.server is not None:
+            done.server.note_left_out()
         if audit is not None:
-            seals: dict[str, Json] = {str(path): seal_of(path) for path in done.recordings}
+            seals: dict[str, Json] = {str(path): seal_of(path) for path in done.run.recordings}
             audit.note(ENDED, {"ending": report.ending, "frames": report.frames, "recordings": seals})
     failure = ports.failure if ports is not None and report.ending == "stopped" else None
-    said = list(report_lines(report, how.cycle, done.recordings, failure))
+    said = list(report_lines(report, ready.plan.cycle, done.run.recordings, failure))
     if audit is not None:
         lost = f"; it ended before the run: {audit.failure}" if audit.failure is not None else ""
         said.append(f"audit log: {options.audit}, last line {audit.last}{lost}")
     said += port_lines(ports.counts if ports is not None else {})
-    said = said[:1] if options.quiet else said
     try:
-        if writes_to_output(specs):
-            print(*said, sep="\n", file=sys.stderr)
-        else:
-            Output().write("\n".join(said))
+        _say(said[:1] if options.quiet else said, to_errors=writes_to_output(specs))
     finally:
         if suspended():  # not before all is safe and said; when it goes on, there is nothing left to do
             os.kill(os.getpid(), signal.SIGSTOP)
-    violated = any(verdict == "violated" for _, verdict, _ in report.monitored)
-    unlogged = audit is not None and audit.failure is not None
-    if violated or unlogged or report.unrecorded is not None or failure is not None:
+    return _exit_code(report, failed=failure is not None or (audit is not None and audit.failure is not None))
+
+
+def _refuse_misuse(options: Namespace) -> None:
+    """UsageError: options that do not go together."""
+    draws = options.hold is not None or options.draw
+    if options.inputs is not None and options.ports is not None:
+        raise UsageError("--inputs repeats the inputs of a trace, and --ports gives others; leave out one of them")
+    if options.audit is not None and options.whiteboard is None:
+        raise UsageError("--audit logs what others ask over the whiteboard: name one with --whiteboard")
+    if options.seed is not None and not options.simulate:
+        raise UsageError("--seed is for --simulate")
+    if draws and (not options.simulate or options.inputs is not None):
+        raise UsageError("--hold and --draw are for --simulate without --inputs: they say how inputs are drawn")
+
+
+def _ready(
+    options: Namespace, draft: Draft, given: Arrangement
+) -> tuple[Launch, tuple[PortSpec, ...], list[Prescribed]]:
+    """The run as the options want it, its ports, and what a trace prescribes. UsageError."""
+    try:
+        settings = _settings(options, draft, given)
+    except ValueError as wrong:
+        raise UsageError(str(wrong)) from None
+    try:
+        plan = settings.plan(given)
+    except ValueError as wrong:
+        raise UsageError(f"--set {wrong}") from None
+    for name, reason in plan.unmonitored.items():
+        print(f"note: `{name}` is not monitored: {reason}", file=sys.stderr)
+    if settings.seed is not None and options.seed is None:
+        print(f"seed {settings.seed}", file=sys.stderr)
+    rounds, free, script = plan.rounds(options.span), plan.free, list[Prescribed]()
+    if options.inputs is not None:
+        first, script, steps = _inputs(options.inputs, given, plan.program)
+        free = {**free, **first}
+        rounds = rounds if options.span is not None else steps
+    code = plan.code()
+    specs = declared_ports(options.ports, code)
+    settings = replace(settings, fed=frozenset(name for spec in specs for name in spec.inputs))
+    problem = unusable(specs, settings.held, options.arrangement)
+    if options.panel and (writes_to_output(specs) or not sys.stdout.isatty()):
+        problem = "--panel needs a terminal as standard output"
+    if problem is not None:
+        raise UsageError(problem)
+    try:
+        loop = settings.first(plan, code, rounds=rounds, free=free, script=script)
+    except DrawingError as wrong:
+        raise UsageError(f"--{wrong}") from None
+    except ValueError as wrong:
+        raise UsageError(str(wrong)) from None
+    return Launch(draft, settings, plan, loop), specs, script
+
+
+def _settings(options: Namespace, draft: Draft, given: Arrangement) -> RunSettings:
+    """UsageError, ValueError: an option has a wrong value."""
+    texts = property_sources(options)
+    properties = told(parse_properties(texts, options.syntax, CHECKED), given)
+    if options.record is not None and any(line.file is not None for line in properties):
+        raise UsageError(
+            "--record keeps the texts of properties, and automata are in files of their own: leave one out"
+        )
+    seed = options.seed
+    if options.simulate and options.inputs is None and seed is None:
+        seed = random.SystemRandom().randrange(1 << 32)
+    return RunSettings(
+        simulated=options.simulate or options.inputs is not None, cycle_ms=options.cycle_ms,
+        held=assignments("--set", options.set), properties=properties, property_texts=texts, syntax=options.syntax,
+        rate=options.rate if options.rate is not None else Fraction(1),
+        seed=None if options.inputs is not None else seed, hold=options.hold,
+        draw=assignments("--draw", options.draw, once=True), jitter=options.jitter,
+        strict=options.on_overrun == "stop", stops_on_violation=options.on_violation == "stop", record=options.record,
+        sources=draft.sources, digest=draft.digest, whiteboard=options.whiteboard, priority=options.priority,
+        processes=options.processes, limits=Limits(timeout=options.load_timeout, memory=options.load_memory),
+    )  # fmt: skip
+
+
+def _say(lines: Sequence[str], *, to_errors: bool) -> None:
+    if to_errors:
+        print(*lines, sep="\n", file=sys.stderr)
+    else:
+        Output().write("\n".join(lines))
+
+
+def _exit_code(report: RunReport, *, failed: bool) -> int:
+    if failed or report.unrecorded is not None or any(verdict == "violated" for _, verdict, _ in report.monitored):
         return VIOLATED
     return {"ended": 0, "stopped": 0, "overflow": UNKNOWN}.get(report.ending, VIOLATED)
 
@@ -208,26 +222,12 @@ def _say_refused(what: str) -> None:
 
 
 @contextmanager
-def _served(
-    options: Namespace, shared: Shared, arrangement: Arrangement, fed: frozenset[str], audit: AuditLog | None
-) -> Iterator[Server | None]:
-    """Who answers those that read or post on the whiteboard that the options name."""
-    if options.whiteboard is None:
-        yield None
-        return
+def _launched(ready: Launch, audit: AuditLog | None, *, swaps: bool) -> Iterator[Launched]:
     try:
-        server = Server(
-            options.whiteboard,
-            shared,
-            Permissions.of(arrangement),
-            refused=_say_refused,
-            fed=fed,
-            audit=audit,
-        )
+        with launched(ready, audit=audit, refused=_say_refused, swaps=swaps) as done:
+            yield done
     except (Taken, NoPlace) as problem:
         raise DiagnosticError([Diagnostic(UNSERVED, str(problem), hint="give another name to --whiteboard")]) from None
-    with closing(server):
-        yield server
 
 
 def _inputs(path: str, arrangement: Arrangement, program: Program) -> tuple[dict[str, int], list[Prescribed], int]:

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from rich.console import Console, RenderableType
 
 
+class UsageError(Exception):
+    """The command line is wrong; the message says how."""
+
+
 def usage(message: str) -> int:
     """Say what is wrong with the command line; the exit code for that."""
     print(f"error: {without_controls(message)}", file=sys.stderr)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Protocol
 
 
@@ -14,6 +15,8 @@ class Newest(Protocol):
 
 class FrameLog(Protocol):
     """A recording to which the loop appends (`runtime.recording.file.Recorder`)."""
+
+    path: Path
 
     def fileno(self) -> int:
         """Its file, which a process needs that appends."""

@@ -11,6 +11,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Self
 
 from llfsm_verify.backends.native.executor import OVERFLOW
@@ -86,7 +87,7 @@ class Running(ABC):
     ) -> None:
         self.loop = loop
         loop.control[control.UNTIL_SETTLED] = bool(loop.code.monitors)
-        self._shared = shared
+        self.shared = shared
         self._recorder = recorder
         self._priority = priority
         self._ending = ("stopped", 0)
@@ -106,6 +107,11 @@ class Running(ABC):
         self._stopping = True
         self._ending = ("stopped", detail)
         self.loop.stop()
+
+    @property
+    def recordings(self) -> list[Path]:
+        """The file of its recording, if there is one."""
+        return [] if self._recorder is None else [self._recorder.path]
 
     @abstractmethod
     def start(self) -> None:
@@ -187,7 +193,7 @@ class Running(ABC):
     @property
     def _kept(self) -> set[int]:
         """Descriptors that a process needs which runs the loop, or ends it."""
-        own = () if self._shared is None else self._shared.descriptors
+        own = () if self.shared is None else self.shared.descriptors
         return {*own, *([] if self._recorder is None else [self._recorder.fileno()])}
 
     def _outlive(self, detail: int = signal.SIGKILL) -> None:
@@ -205,7 +211,7 @@ class Running(ABC):
     @property
     def _newest(self) -> list[int] | None:
         """The newest frame that was published; None: there is none."""
-        return None if self._shared is None else self._shared.segment.newest()
+        return None if self.shared is None else self.shared.segment.newest()
 
     def _reach(self) -> None:
         """Let the recording go on in this process."""

@@ -20,17 +20,17 @@ from typing import NamedTuple, Self
 from llfsm_verify.arrangement.draft import Draft
 from llfsm_verify.arrangement.granting import rights_given
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.arrangement.replacing import Change, NewPolicy, Replacement, with_change
+from llfsm_verify.arrangement.replacing import Change, NewPolicy, with_change
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.runtime.live.loop import Loop
-from llfsm_verify.runtime.live.run import Run, Running, RunReport
-from llfsm_verify.runtime.live.supervised import Supervised
+from llfsm_verify.runtime.live.run import Running, RunReport
 from llfsm_verify.runtime.swapping.check_process import Check
 from llfsm_verify.runtime.swapping.check_task import CheckTask
 from llfsm_verify.runtime.swapping.settings import Loaded, RunSettings
 from llfsm_verify.runtime.swapping.state_transfer import Untransferable, transferred
 from llfsm_verify.runtime.swapping.update_points import update_point
+from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.writers import Refused
 
@@ -127,20 +127,16 @@ class _Next(NamedTuple):
 class SwappableRun:
     """Runs one after the other, as one. It is made with the first, whose processes are forked then.
 
-    `draft` is what was read of its arrangement; None: it does not come from files, and is not changed. With `threaded`
-    the loop is on a thread of this process. The first `shared` is closed by whoever made it.
+    `draft` is what was read of its arrangement; None: it does not come from files, and is not changed. The first
+    `shared` is closed by whoever made it.
     """
 
-    def __init__(
-        self, draft: Draft | None, shared: Shared, settings: RunSettings, arrangement: Arrangement, *,
-        priority: int | None = None, together: bool = False, threaded: bool = False,
-    ) -> None:  # fmt: skip
+    def __init__(self, draft: Draft | None, shared: Shared, settings: RunSettings, arrangement: Arrangement) -> None:
         self.shared = shared
         """Of the run that goes on now."""
         self.arrangement = self._began = arrangement
         """As it runs now."""
         self._draft, self._settings = draft, settings
-        self._priority, self._together, self._threaded = priority, together, threaded
         self._loaded: tuple[Loaded, ...] = ()
         self._earlier: tuple[tuple[Draft, str | None], ...] = ()
         """What ran before, with the machine that was replaced then."""
@@ -165,12 +161,9 @@ class SwappableRun:
         self._ends.register(self._run.fileno(), select.EPOLLIN)
 
     def _made(self, arrangement: Arrangement, shared: Shared, loaded: tuple[Loaded, ...]) -> Running:
-        recorder = self._settings.recorder(arrangement, shared.loop, loaded)
-        if recorder is not None:
-            self.recordings.append(recorder.path)
-        if self._threaded:
-            return Run(shared.loop, recorder, shared=shared, priority=self._priority)
-        return Supervised(shared.loop, shared, recorder, priority=self._priority, together=self._together)
+        run = self._settings.running(arrangement, shared, loaded)
+        self.recordings += run.recordings
+        return run
 
     def fileno(self) -> int:
         """Readable when `wait` has something to do."""
@@ -181,9 +174,12 @@ class SwappableRun:
         """After so many seconds `serve` should be called in any case."""
         return LATER if self._asked is None else self._asked.patience
 
-    def start(self, *followers: Follow) -> None:
-        """Let it run, and tell these of each run that goes on with it."""
+    def tell(self, *followers: Follow) -> None:
+        """Tell these of each run that goes on with it."""
         self._followers = followers
+
+    def start(self) -> None:
+        """Let it run."""
         self._run.start()
 
     def stop(self, detail: int = 0) -> None:
@@ -228,13 +224,9 @@ class SwappableRun:
         """What the change would be made to. Refused: `operators:` does not declare it, the arrangement does not come
         from files, another change is on its way, or the run has not begun.
         """
-        if isinstance(change, Replacement):
-            allowed = [operator.target for operator in self.arrangement.replaceable]
-            if change.machine not in allowed:
-                offered = ", ".join(allowed) or "nothing"
-                raise Refused(f"`operators:` does not declare replace of `{change.machine[:60]}`, only {offered}")
-        elif not self.arrangement.policy_users:
-            raise Refused("`operators:` does not declare `policy`, so this run keeps the policy that it has")
+        undeclared = Permissions.of(self.arrangement).undeclared(change)
+        if undeclared is not None:
+            raise Refused(undeclared)
         if self._draft is None:
             raise Refused(
                 "nothing of this arrangement can be replaced: it does not come from files, or they were edited"

@@ -1,4 +1,4 @@
-"""How what runs is made of an arrangement: for the first run, and in the same way for those that go on with it."""
+"""The settings of a run, and what is made by them: for the first run, and for those that go on with it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 from types import MappingProxyType
+from typing import Literal
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.replacing import Change, Replacement
@@ -17,10 +18,15 @@ from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.program.program import Int
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.plan import NONE, Plan, plan
+from llfsm_verify.runtime.live.run import Run, Running
+from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.recording.file import Recorder
 from llfsm_verify.runtime.recording.origin import header_of
 from llfsm_verify.runtime.stepping.drawing import ANEW, drawing_of
 from llfsm_verify.runtime.swapping.limits import DEFAULT
+from llfsm_verify.runtime.whiteboard.shared import Shared
+
+Processes = Literal["thread", "separate", "together"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +74,11 @@ class RunSettings:
     """Of these."""
     limits: Limits = DEFAULT
     """Of the check before something is loaded."""
+    whiteboard: str | None = None
+    """The name under which other processes find it."""
+    priority: int | None = None
+    processes: Processes = "separate"
+    """Each process of the arrangement is one of the system, one runs them all, or a thread of this one does."""
 
     def plan(self, given: Arrangement) -> Plan:
         """How it runs. Errors as for `plan`."""
@@ -100,6 +111,13 @@ class RunSettings:
         free = {v.name: _value(loop, v.name) for v in loop.code.program.vars if v.free and isinstance(v.type, Int)}
         header = self.header(arrangement, loaded, free, simulated=self.simulated)
         return Recorder(path if not loaded else path.with_name(f"{path.name}.{len(loaded) + 1}"), header, loop)
+
+    def running(self, arrangement: Arrangement, shared: Shared, loaded: Sequence[Loaded] = ()) -> Running:
+        """The processes, or the thread, of a run that goes on when it is started. DiagnosticError: see `recorder`."""
+        loop, recorder = shared.loop, self.recorder(arrangement, shared.loop, loaded)
+        if self.processes == "thread":
+            return Run(loop, recorder, shared=shared, priority=self.priority)
+        return Supervised(loop, shared, recorder, priority=self.priority, together=self.processes == "together")
 
     def header(
         self, arrangement: Arrangement, loaded: Sequence[Loaded], free: Mapping[str, int], *, simulated: bool

@@ -10,6 +10,7 @@ from typing import Self
 
 from llfsm_verify.arrangement.access import Access
 from llfsm_verify.arrangement.model import POLICY, Arrangement
+from llfsm_verify.arrangement.replacing import Change, Replacement
 from llfsm_verify.runtime.whiteboard.posts import WRITE
 
 OWN, COMMANDS, READS = range(3)
@@ -26,12 +27,15 @@ class Permissions:
     """Who may change the policy."""
     operated: tuple[tuple[str, str], ...] = ()
     """The commands that `operators:` declares, each with its target."""
+    replaceable: tuple[str, ...] = ()
+    """The machines that it allows to replace."""
 
     @classmethod
     def of(cls, arrangement: Arrangement) -> Self:
         """Those of an arrangement."""
         users = frozenset(operator.target for operator in arrangement.policy_users)
-        return cls(arrangement.access, users, tuple((o.kind, o.target) for o in arrangement.operated))
+        operated = tuple((operator.kind, operator.target) for operator in arrangement.operated)
+        return cls(arrangement.access, users, operated, tuple(o.target for o in arrangement.replaceable))
 
     def rank(self, uid: int) -> int:
         """`OWN`, `COMMANDS` or `READS`."""
@@ -47,6 +51,17 @@ class Permissions:
     def admits_others(self) -> bool:
         """Whether other users may connect."""
         return self.access is not None and bool(set(self.access.users) - {user_name(os.getuid())})
+
+    def undeclared(self, change: Change) -> str | None:
+        """Why nobody may make this change; None: `operators:` declares it."""
+        if isinstance(change, Replacement):
+            if change.machine in self.replaceable:
+                return None
+            offered = ", ".join(self.replaceable) or "nothing"
+            return f"`operators:` does not declare replace of `{change.machine[:60]}`, only {offered}"
+        if self.policy_users:
+            return None
+        return "`operators:` does not declare `policy`, so this run keeps the policy that it has"
 
     def denial(self, uid: int, kind: str, target: str) -> str | None:
         """Why a user may not give this command; None: he may."""

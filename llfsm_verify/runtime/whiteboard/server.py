@@ -47,6 +47,7 @@ from llfsm_verify.runtime.whiteboard.sparing import Sparing
 from llfsm_verify.runtime.whiteboard.waking import remove_old
 from llfsm_verify.runtime.whiteboard.writers import Refused
 
+KEEPS = "this run keeps the machines and the policy that it has"
 MOST_REFUSALS = 100
 """Of a connection."""
 MOST_NOTED = 300
@@ -513,7 +514,7 @@ class Server:
             raise Refused(f"the name of a file has {MOST_NAME} characters at most, all of which can be printed")
         changing = self._changing
         if changing is None:
-            raise Refused("this run keeps the machines and the policy that it has")
+            raise Refused(self._permissions.undeclared(change) or KEEPS)
         if self._loading:
             raise Refused("another machine or policy is already being loaded into this run")
         changing.admit(change)

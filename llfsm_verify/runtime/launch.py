@@ -1,0 +1,90 @@
+"""From an arrangement and the settings of a run to its processes: the one place for the command line and for Python."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager
+from dataclasses import dataclass
+
+from llfsm_verify.arrangement.draft import Draft
+from llfsm_verify.arrangement.replacing import Change
+from llfsm_verify.runtime.live.loop import Loop
+from llfsm_verify.runtime.live.plan import Plan
+from llfsm_verify.runtime.live.run import Running
+from llfsm_verify.runtime.live.serving import Attendant
+from llfsm_verify.runtime.swapping.hot_swap import Answer, Follow, SwappableRun
+from llfsm_verify.runtime.swapping.settings import RunSettings
+from llfsm_verify.runtime.whiteboard.audit import AuditLog
+from llfsm_verify.runtime.whiteboard.permissions import Permissions
+from llfsm_verify.runtime.whiteboard.server import KEEPS, Server
+from llfsm_verify.runtime.whiteboard.shared import Shared
+from llfsm_verify.runtime.whiteboard.writers import Refused
+
+
+@dataclass(frozen=True, slots=True)
+class Launch:
+    """An arrangement that is ready to run: what was read of it (None: it is not from files), how it runs, and its loop
+    at the beginning."""
+
+    draft: Draft | None
+    settings: RunSettings
+    plan: Plan
+    loop: Loop
+
+
+@dataclass(frozen=True, slots=True)
+class Launched:
+    """A run that is to be started, what it shares, and the server of its whiteboard, if that has a name."""
+
+    run: Running | SwappableRun
+    shared: Shared
+    server: Server | None
+    permissions: Permissions
+
+    @property
+    def attendants(self) -> list[Attendant]:
+        """Whom to serve while it goes on."""
+        return [one for one in (self.server, self.run) if isinstance(one, Server | SwappableRun)]
+
+    def ask(self, change: Change, answer: Answer, unchecked: bool) -> None:
+        """See `SwappableRun.ask`."""
+        if not isinstance(self.run, SwappableRun):
+            raise Refused(self.permissions.undeclared(change) or KEEPS)
+        self.run.ask(change, answer, unchecked)
+
+    def start(self, *followers: Follow) -> None:
+        """Let it run. The server and these are told of each run that goes on with it."""
+        if isinstance(self.run, SwappableRun):
+            self.run.tell(*([] if self.server is None else [self.server.follow]), *followers)
+        self.run.start()
+
+
+@contextmanager
+def launched(
+    ready: Launch,
+    *,
+    audit: AuditLog | None = None,
+    refused: Callable[[str], None] = lambda _: None,
+    swaps: bool = True,
+) -> Iterator[Launched]:
+    """The processes of a run. What still runs at the end is ended.
+
+    Where `operators:` allows that machines or the policy are replaced, another run may go on with it, if it `swaps`.
+    `audit` and `refused` are as for `Server`. Raises Taken, NoPlace, OSError, and DiagnosticError (E480: the recording
+    cannot be written).
+    """
+    settings, arrangement = ready.settings, ready.plan.arrangement
+    name = settings.whiteboard
+    with ExitStack() as left:
+        shared = left.enter_context(closing(Shared(name or "run", ready.loop, served=name is not None)))
+        server, permissions = None, Permissions.of(arrangement)
+        if name is not None:
+            server = Server(name, shared, permissions, refused=refused, fed=settings.fed, audit=audit)
+            left.enter_context(closing(server))
+        if not swaps or not (arrangement.replaceable or arrangement.policy_users):
+            yield Launched(left.enter_context(settings.running(arrangement, shared)), shared, server, permissions)
+            return
+        run = left.enter_context(SwappableRun(ready.draft, shared, settings, arrangement))
+        if server is not None:
+            server.takes(run)
+        yield Launched(run, shared, server, permissions)
