@@ -75,6 +75,7 @@ PROPERTY_WORDS = {
         "TRUE True": "write `true`",
         "FALSE False": "write `false`",
         "state": "write `m@STATE`",
+        "initially init initial": "write `initially p` where `p` is to be true in the beginning",
     }.items()
     for word in words.split()
 }

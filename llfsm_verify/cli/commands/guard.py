@@ -81,6 +81,7 @@ def run(options: Namespace) -> int:
         raise DiagnosticError(unfit(*problem) for problem in problems)
     found = [guardable(p, arrangement, clock, own_monitor=options.monitor is not None) for p in properties.goals]
     if options.list:
+        told(properties, arrangement)
         Output().plain("".join(_listed(found, problems)))
         return NOT_ALL if problems or any(each.refusal for each in found) else 0
     task = Task(properties.goals, properties.assumptions, None, clock)

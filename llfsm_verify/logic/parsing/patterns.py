@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Span
@@ -183,7 +184,7 @@ class _Reader:
         if start >= end:
             message = f"a formula is missing next to `{self.tokens[word].text}`"
             raise self.words.error(codes.PATTERN, message, word, word, "write `s responds to p`, `absence of p`")
-        words = Words(self.words.fragment, self.tokens[start:end])
+        words = replace(self.words, tokens=self.tokens[start:end])
         refuse_initially(words, "in a pattern")
         parsed = parse_words(words)
         for key, place in parsed.atoms.items():

@@ -18,6 +18,8 @@ class Words:
 
     fragment: Fragment
     tokens: list[Token]
+    given: Words | None = None
+    """The words in which names stood for some of these."""
 
     def span(self, first: int, last: int) -> Span:
         """The place of the tokens number `first` to `last`, both included."""
@@ -25,6 +27,20 @@ class Words:
 
     def error(self, code: str, message: str, first: int, last: int, hint: str | None = None) -> DiagnosticError:
         return DiagnosticError(Diagnostic(code, message, self.span(first, last), hint=hint))
+
+    def use(self, i: int) -> Span | None:
+        """The place of the name that stands for what has the token number `i` in it; None: it stands there itself."""
+        if self.given is None:
+            return None
+        offsets, tokens, places = self.fragment.offsets, self.given.tokens, self.given.fragment.offsets
+        line = range(places[tokens[0].start], places[tokens[-1].end])
+        start = self.tokens[i].start
+        # what is before the words of a definition has the place of its name, or of what the name follows
+        before = next((offsets[at] for at in range(start, -1, -1) if offsets[at] in line), line.start)
+        if before == offsets[start]:
+            return None
+        name = next(n for n, t in enumerate(tokens) if t.type == "NAME" and places[t.start] >= before)
+        return self.given.span(name, name)
 
     def text(self, first: int, last: int) -> str:
         """What the user wrote, comments dropped and white space folded."""
