@@ -47,7 +47,8 @@ machines:
             - {when: countdown == 0, to: WAITING}
         - name: CLEARED
           stays: true
-schedule: [feet]
+  lamp: {inline: {machine: Lamp, states: [{name: DARK_, stays: true}]}}
+schedule: [feet, lamp]
 """
 TRANSITION = "            - {when: countdown == 0, to: WAITING}"
 ENTRY = "          on_entry: walk = GO; countdown = 8;"
@@ -69,6 +70,10 @@ def judge(found: Diagnostic, marked: str, hint: str) -> None:
     assert (found.span.text, found.hint) == (marked, hint)
 
 
+CLOCK = "`after(3)` asks whether the state has been active for more than 3 seconds"
+LASTING = "a state measures time: enter one when it begins, and leave it by `{when: after(3), to: STATE}`"
+WAIT = "an action takes no time; a transition waits: `{when: after(3), to: STATE}`"
+THROWN = "nothing is thrown or caught: ask before what may fail, as in `if (y != 0) x = 6 / y;`"
 GUARDS: tuple[Row, ...] = (
     ("if (request) true", "if", "a guard is the condition alone: leave out `if`"),
     ("else", "else", "write `true`: transitions are tried in their order"),
@@ -105,7 +110,24 @@ GUARDS: tuple[Row, ...] = (
     ("after(3 seconds)", "seconds", "`after` counts seconds: `after(3)`"),
     ("after(500ms)", "500ms", "`after_ms` counts milliseconds: `after_ms(500)`"),
     ("after(2min)", "2min", "`after` counts seconds: `after(60)`"),
-    ("elapsed > 3", "elapsed", "`after(3)` asks whether the state has been active for more than 3 seconds"),
+    ("request for 3s", "for", LASTING),
+    ("request && button since 500 ms", "since", LASTING),
+    ("every 3s", "3", LASTING),
+    ("request in 3s", "in", LASTING),
+    ("request after 3s", "after", "write `&& after(3)`"),
+    ("request after 500ms", "after", "write `&& after_ms(500)`"),
+    ("request after(3)", "after", "write `&& after(3)`"),
+    ("request and after 3s", "3", "`after` counts seconds: `after(3)`"),
+    ("after", "after", CLOCK),
+    ("request && after >= 3", "after", CLOCK),
+    ("countdown > 3s", "3s", "a number has no unit: write `3`; `after(3)` counts seconds"),
+    ("is_suspended", "is_suspended", "write `is_suspended(m)`"),
+    ("feet.lap == 3", "feet.lap", "write `lap`"),
+    ("feet.walk == GO", "feet.walk", "write `walk`"),
+    ("feet.lab == 3", "feet.lab", "did you mean `lap`?"),
+    ("lamp.walk == GO", "lamp.walk", "`walk` is on the whiteboard: write `walk`"),
+    ("lamp.lap == 3", "lamp.lap", "compare its state with `lamp@STATE`, or share a variable on the whiteboard"),
+    ("elapsed > 3", "elapsed", CLOCK),
     (
         "rose(request)",
         "rose",
@@ -156,7 +178,25 @@ ACTIONS: tuple[Row, ...] = (
     ),
     ("suspend feet;", "suspend", "write `suspend(m);`"),
     ("feet.suspend();", "feet.suspend()", "write `suspend(feet)`"),
-    ("wait(3);", "wait", "an action takes no time; a transition waits: `{when: after(3), to: STATE}`"),
+    ("wait(3);", "wait", WAIT),
+    ("request for 3s", "for", WAIT),
+    ("request = true for 500 ms;", "for", WAIT),
+    ("request = true after 3s;", "after", WAIT),
+    ("after 3s walk = GO;", "3", WAIT),
+    ("after", "r", WAIT),
+    ("after(3);", "after(3)", WAIT),
+    ("if (after 3s) walk = GO;", "3", "`after` counts seconds: `after(3)`"),
+    ("countdown = 3s;", "3s", "a number has no unit: write `3`; `after(3)` counts seconds"),
+    ("countdown = 3 seconds;", "seconds", "a number has no unit: write `3`; `after(3)` counts seconds"),
+    ("feet.lap = 2;", "feet.lap", "write `lap`"),
+    ("try { walk = GO; }", "{", THROWN),
+    ("try { walk = GO; } catch (e) { }", "{", THROWN),
+    ("throw request;", "throw", THROWN),
+    ("countdown = 3 // why", "3", "write `;`"),
+    ("countdown = 3 // why\n            walk = GO;", "3", "write `;`"),
+    ("countdown = 3 /* why */ walk = GO;", "3", "write `;`"),
+    ("{ countdown = 3 // why\n            }", "3", "write `;`"),
+    ("countdown = // why", "=", "an operand is missing before it"),
     ("print(countdown);", "print", "an action only calculates; traces and recordings show every variable"),
     ("return;", ";", "an action always runs to its end: write `if (…) { … }` around the rest"),
     ("pass", "s", "leave it out: an action may be empty"),
@@ -260,10 +300,10 @@ FILES: tuple[tuple[str, str, str, str], ...] = (
     (TRANSITION, "            - request -> WAITING", "request -> WAITING", "write `{when: …, to: STATE}`"),
     (TRANSITION, TRANSITION.replace("- ", ""), "{", "write `- ` before each of them"),
     (TRANSITION, "            - when: true\n              to WAITING", "to WAITING", "write `to: WAITING`"),
-    ("schedule: [feet]", "schedule: [feet", "[", "write `]` where it ends"),
-    ("schedule: [feet]", "schedule:[feet]", "schedule:[feet]", "write `schedule: [feet]`"),
-    ("schedule: [feet]", "schedule [feet]", "schedule [feet]", "write `schedule: [feet]`"),
-    ("schedule: [feet]", "schedule: feet", "feet", "write `[feet]`"),
+    ("schedule: [feet, lamp]", "schedule: [feet, lamp", "[", "write `]` where it ends"),
+    ("schedule: [feet, lamp]", "schedule:[feet]", "schedule:[feet]", "write `schedule: [feet]`"),
+    ("schedule: [feet, lamp]", "schedule [feet]", "schedule [feet]", "write `schedule: [feet]`"),
+    ("schedule: [feet, lamp]", "schedule: feet", "feet", "write `[feet]`"),
     ("cycle_ms: 1000", "cycle_ms:1000", "cycle_ms:1000", "write `cycle_ms: 1000`"),
     ("cycle_ms: 1000", "period: 1000", "period", "write `cycle_ms`"),
     ("name: crossing", "name: a: b", ":", "quote it: '…'"),
