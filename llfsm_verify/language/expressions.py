@@ -645,11 +645,11 @@ class ExpressionChecker:
                 member, machine = node.steps[0].name.text, self.scope.machines[name]
                 meant = member_meant(name, member, machine.states, (*FUNCTIONS, *COMMANDS))
                 known, shared = self.visible(), self.scope.variables.get(member)
-                if meant is None and name in ("self", self.scope.self_name):
+                if name in ("self", self.scope.self_name):
                     message = f"`{name}` is this machine, and its variables are named without it"
-                    meant = f"write `{member}`" if member in known else did_you_mean(member, known)
-                elif meant is None and shared is not None and shared.scope == "whiteboard":
-                    meant = f"`{member}` is on the whiteboard: write `{member}`"
+                    meant = meant or (f"write `{member}`" if member in known else did_you_mean(member, known))
+                elif shared is not None and shared.scope == "whiteboard":
+                    meant = meant or f"`{member}` is on the whiteboard: write `{member}`"
                 instead = meant or instead
             return self.fail("E148", message, node, instead)
         hint = self.state_meant(name) or word_meant(name, known)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from time import process_time
 
 import pytest
@@ -50,6 +51,8 @@ machines:
   lamp: {inline: {machine: Lamp, states: [{name: DARK_, stays: true}]}}
 schedule: [feet, lamp]
 """
+BLOCK = "            - when: button\n              to: WAITING"
+VARIABLES = "write `variables: {lap: {type: 0..9}}`"
 TRANSITION = "            - {when: countdown == 0, to: WAITING}"
 ENTRY = "          on_entry: walk = GO; countdown = 8;"
 BUTTON = "{type: bool, role: input}"
@@ -285,7 +288,58 @@ FILES: tuple[tuple[str, str, str, str], ...] = (
     (TRANSITION, TRANSITION[:-1], "{", "write `}` where it ends"),
     (TRANSITION, "            - {when: true && after(5), to: WAITING", "{", "write `}` where it ends"),
     (TRANSITION, "            - {when: 'true && after(5)', to: WAITING", "{", "write `}` where it ends"),
-    (TRANSITION, TRANSITION.replace("{", ""), "}", "write `{` before `when`"),
+    (TRANSITION, TRANSITION.replace("{", ""), TRANSITION.replace("{", "").strip(), f"write `{TRANSITION.strip()}`"),
+    (BUTTON, "type: bool, role: input}", "button: type: bool, role: input}", f"write `button: {BUTTON}`"),
+    (TRANSITION, TRANSITION.replace("- ", "-"), TRANSITION.replace("- ", "-").strip(), f"write `{TRANSITION.strip()}`"),
+    ("        - name: WAITING", "        -name: WAITING", "-name: WAITING", "write `- name: WAITING`"),
+    (TRANSITION, BLOCK.replace("- ", "-"), "-when: button", "write `- when: button`"),
+    (TRANSITION, BLOCK.replace("when:", "when"), "- when button", "write `- when: button`"),
+    (TRANSITION, BLOCK.replace(": button", ""), "- when", "write `- when:`"),
+    ("name: crossing", "name crossing", "name crossing", "write `name: crossing`"),
+    ("      states:", "      states", "states", "write `states:`"),
+    ("      variables: {lap", "      variables {lap", "variables {lap: {type: 0..9}}", VARIABLES),
+    ("  feet:\n", "  feet\n", "feet", "write `feet:`"),
+    ("    inline:\n", "    inline\n", "inline", "write `inline:`"),
+    (BUTTON, BUTTON + ";", ";", "remove the `;`"),
+    (BUTTON, BUTTON + "}", "}", "remove the `}`"),
+    (BUTTON, BUTTON[:-1] + "]", "]", "write `}`"),
+    (BUTTON, "{type: bool, init: false};", ";", "remove the `;`"),
+    (BUTTON, "{type: {array: bool, size: 1}, init: [true]};", ";", "remove the `;`"),
+    (BUTTON, "{type: bool, init: false role: input}", "role", "write `,`"),
+    (BUTTON, "{type: bool, role input}", "role input", "write `role: input`"),
+    (BUTTON, "{type bool, role: input}", "type bool", "write `type: bool`"),
+    (BUTTON, "{type: bool, init=false}", "init=false", "write `init: false`"),
+    (BUTTON, "(type: bool, role: input)", "button: (type: bool, role: input)", f"write `button: {BUTTON}`"),
+    (f"button: {BUTTON}", f"button {BUTTON}", f"button {BUTTON}", f"write `button: {BUTTON}`"),
+    (f"button: {BUTTON}", "bool button = false;", "bool button = false;", "write `button: {type: bool, init: false}`"),
+    (BUTTON, "bool, role: input", ":", f"write `button: {BUTTON}`"),
+    (BUTTON, "input bool", "input bool", f"write `button: {BUTTON}`"),
+    (BUTTON, "0..8 = 3", "0..8 = 3", "write `button: {type: 0..8, init: 3}`"),
+    (BUTTON, "{type: 0..8 = 3}", "0..8 = 3", "write `type: 0..8, init: 3`"),
+    (BUTTON, "false", "false", "write `button: {type: bool, init: false}`"),
+    (BUTTON, "20", "20", "write `button: {type: 0..20, init: 20}`"),
+    (TRANSITION, TRANSITION.replace("to:", "to"), "to WAITING", "write `to: WAITING`"),
+    (TRANSITION, TRANSITION.replace("to: ", "to:"), "to:WAITING", "write `to: WAITING`"),
+    (TRANSITION, TRANSITION.replace("when:", "when"), "when countdown == 0", "write `when: countdown == 0`"),
+    (
+        "        - name: WALKING",
+        "        - WALKING:",
+        "WALKING",
+        "write `- name: WALKING`, and its other keys right below `name`",
+    ),
+    (
+        "{inline: {machine: Lamp, states: [{name: DARK_, stays: true}]}}",
+        "lamp.yaml",
+        "lamp.yaml",
+        "write `lamp: {file: lamp.yaml}`",
+    ),
+    (
+        "{inline: {machine: Lamp, states: [{name: DARK_, stays: true}]}}",
+        "Lamp",
+        "Lamp",
+        "write `lamp: {file: Lamp.machine.yaml}`",
+    ),
+    ("[{name: DARK_, stays: true}]", "{DARK_: {stays: true}}", "{", "write `- name: DARK_` for `DARK_:`, and so on"),
     (TRANSITION, TRANSITION.replace(",", ""), "to", "write `,`"),
     (TRANSITION, TRANSITION.replace(",", ";"), "to", "write `,` for `;`"),
     (TRANSITION, TRANSITION + ",", ",", "remove the `,`"),
@@ -301,9 +355,9 @@ FILES: tuple[tuple[str, str, str, str], ...] = (
     (TRANSITION, TRANSITION.replace("- ", ""), "{", "write `- ` before each of them"),
     (TRANSITION, "            - when: true\n              to WAITING", "to WAITING", "write `to: WAITING`"),
     ("schedule: [feet, lamp]", "schedule: [feet, lamp", "[", "write `]` where it ends"),
-    ("schedule: [feet, lamp]", "schedule:[feet]", "schedule:[feet]", "write `schedule: [feet]`"),
-    ("schedule: [feet, lamp]", "schedule [feet]", "schedule [feet]", "write `schedule: [feet]`"),
-    ("schedule: [feet, lamp]", "schedule: feet", "feet", "write `[feet]`"),
+    ("schedule: [feet, lamp]", "schedule:[feet, lamp]", "schedule:[feet, lamp]", "write `schedule: [feet, lamp]`"),
+    ("schedule: [feet, lamp]", "schedule [feet, lamp]", "schedule [feet, lamp]", "write `schedule: [feet, lamp]`"),
+    ("schedule: [feet, lamp]", "schedule: feet, lamp", "feet, lamp", "write `[feet, lamp]`"),
     ("cycle_ms: 1000", "cycle_ms:1000", "cycle_ms:1000", "write `cycle_ms: 1000`"),
     ("cycle_ms: 1000", "period: 1000", "period", "write `cycle_ms`"),
     ("name: crossing", "name: a: b", ":", "quote it: '…'"),
@@ -331,6 +385,9 @@ FILES: tuple[tuple[str, str, str, str], ...] = (
     ),
     ("    inline:\n", "", "feet", "write `inline:` above them, and indent them by more"),
 )
+
+
+PASTED = tuple(row for row in FILES if re.fullmatch("write `[^`…]+[^`:…,]`", row[3]) and "{file" not in row[3])
 
 
 @pytest.mark.parametrize(("text", "marked", "hint"), GUARDS, ids=lambda part: part)
@@ -367,3 +424,16 @@ def test_a_long_text_is_looked_at_quickly(sign: str) -> None:
         begun = process_time()
         meant_at(table, sign * 20_000, 10_000)
         assert process_time() - begun < 2  # what grows with the square of the text takes minutes
+
+
+@pytest.mark.parametrize(("right", "text", "marked", "hint"), PASTED, ids=lambda part: part)
+def test_mends_can_be_pasted(right: str, text: str, marked: str, hint: str) -> None:
+    """What a hint says to write instead of what is marked is accepted there."""
+    whole = CROSSING.replace("ACTION", "").replace("GUARD", "true").replace(right, text, 1)
+    span = first(whole).span
+    assert span is not None
+    mended = hint.removeprefix("write `").removesuffix("`")
+    line = whole.rfind("\n", 0, span.start) + 1
+    begin = whole.find(mended.split()[0], line, span.start)  # the hint may write the key of the marked value, too
+    end = span.end if len(marked) > 1 else whole.index("\n", span.end)
+    load_arrangement_text(whole[: span.start if begin < 0 else begin] + mended + whole[end:])
