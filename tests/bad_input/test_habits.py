@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from time import process_time
 
 import pytest
@@ -47,8 +48,11 @@ machines:
             - {when: countdown == 0, to: WAITING}
         - name: CLEARED
           stays: true
-schedule: [feet]
+  lamp: {inline: {machine: Lamp, states: [{name: DARK_, stays: true}]}}
+schedule: [feet, lamp]
 """
+BLOCK = "            - when: button\n              to: WAITING"
+VARIABLES = "write `variables: {lap: {type: 0..9}}`"
 TRANSITION = "            - {when: countdown == 0, to: WAITING}"
 ENTRY = "          on_entry: walk = GO; countdown = 8;"
 BUTTON = "{type: bool, role: input}"
@@ -69,6 +73,10 @@ def judge(found: Diagnostic, marked: str, hint: str) -> None:
     assert (found.span.text, found.hint) == (marked, hint)
 
 
+CLOCK = "`after(3)` asks whether the state has been active for more than 3 seconds"
+LASTING = "a state measures time: enter one when it begins, and leave it by `{when: after(3), to: STATE}`"
+WAIT = "an action takes no time; a transition waits: `{when: after(3), to: STATE}`"
+THROWN = "nothing is thrown or caught: ask before what may fail, as in `if (y != 0) x = 6 / y;`"
 GUARDS: tuple[Row, ...] = (
     ("if (request) true", "if", "a guard is the condition alone: leave out `if`"),
     ("else", "else", "write `true`: transitions are tried in their order"),
@@ -105,7 +113,24 @@ GUARDS: tuple[Row, ...] = (
     ("after(3 seconds)", "seconds", "`after` counts seconds: `after(3)`"),
     ("after(500ms)", "500ms", "`after_ms` counts milliseconds: `after_ms(500)`"),
     ("after(2min)", "2min", "`after` counts seconds: `after(60)`"),
-    ("elapsed > 3", "elapsed", "`after(3)` asks whether the state has been active for more than 3 seconds"),
+    ("request for 3s", "for", LASTING),
+    ("request && button since 500 ms", "since", LASTING),
+    ("every 3s", "3", LASTING),
+    ("request in 3s", "in", LASTING),
+    ("request after 3s", "after", "write `&& after(3)`"),
+    ("request after 500ms", "after", "write `&& after_ms(500)`"),
+    ("request after(3)", "after", "write `&& after(3)`"),
+    ("request and after 3s", "3", "`after` counts seconds: `after(3)`"),
+    ("after", "after", CLOCK),
+    ("request && after >= 3", "after", CLOCK),
+    ("countdown > 3s", "3s", "a number has no unit: write `3`; `after(3)` counts seconds"),
+    ("is_suspended", "is_suspended", "write `is_suspended(m)`"),
+    ("feet.lap == 3", "feet.lap", "write `lap`"),
+    ("feet.walk == GO", "feet.walk", "write `walk`"),
+    ("feet.lab == 3", "feet.lab", "did you mean `lap`?"),
+    ("lamp.walk == GO", "lamp.walk", "`walk` is on the whiteboard: write `walk`"),
+    ("lamp.lap == 3", "lamp.lap", "compare its state with `lamp@STATE`, or share a variable on the whiteboard"),
+    ("elapsed > 3", "elapsed", CLOCK),
     (
         "rose(request)",
         "rose",
@@ -156,7 +181,25 @@ ACTIONS: tuple[Row, ...] = (
     ),
     ("suspend feet;", "suspend", "write `suspend(m);`"),
     ("feet.suspend();", "feet.suspend()", "write `suspend(feet)`"),
-    ("wait(3);", "wait", "an action takes no time; a transition waits: `{when: after(3), to: STATE}`"),
+    ("wait(3);", "wait", WAIT),
+    ("request for 3s", "for", WAIT),
+    ("request = true for 500 ms;", "for", WAIT),
+    ("request = true after 3s;", "after", WAIT),
+    ("after 3s walk = GO;", "3", WAIT),
+    ("after", "r", WAIT),
+    ("after(3);", "after(3)", WAIT),
+    ("if (after 3s) walk = GO;", "3", "`after` counts seconds: `after(3)`"),
+    ("countdown = 3s;", "3s", "a number has no unit: write `3`; `after(3)` counts seconds"),
+    ("countdown = 3 seconds;", "seconds", "a number has no unit: write `3`; `after(3)` counts seconds"),
+    ("feet.lap = 2;", "feet.lap", "write `lap`"),
+    ("try { walk = GO; }", "{", THROWN),
+    ("try { walk = GO; } catch (e) { }", "{", THROWN),
+    ("throw request;", "throw", THROWN),
+    ("countdown = 3 // why", "3", "write `;`"),
+    ("countdown = 3 // why\n            walk = GO;", "3", "write `;`"),
+    ("countdown = 3 /* why */ walk = GO;", "3", "write `;`"),
+    ("{ countdown = 3 // why\n            }", "3", "write `;`"),
+    ("countdown = // why", "=", "an operand is missing before it"),
     ("print(countdown);", "print", "an action only calculates; traces and recordings show every variable"),
     ("return;", ";", "an action always runs to its end: write `if (…) { … }` around the rest"),
     ("pass", "s", "leave it out: an action may be empty"),
@@ -245,7 +288,58 @@ FILES: tuple[tuple[str, str, str, str], ...] = (
     (TRANSITION, TRANSITION[:-1], "{", "write `}` where it ends"),
     (TRANSITION, "            - {when: true && after(5), to: WAITING", "{", "write `}` where it ends"),
     (TRANSITION, "            - {when: 'true && after(5)', to: WAITING", "{", "write `}` where it ends"),
-    (TRANSITION, TRANSITION.replace("{", ""), "}", "write `{` before `when`"),
+    (TRANSITION, TRANSITION.replace("{", ""), TRANSITION.replace("{", "").strip(), f"write `{TRANSITION.strip()}`"),
+    (BUTTON, "type: bool, role: input}", "button: type: bool, role: input}", f"write `button: {BUTTON}`"),
+    (TRANSITION, TRANSITION.replace("- ", "-"), TRANSITION.replace("- ", "-").strip(), f"write `{TRANSITION.strip()}`"),
+    ("        - name: WAITING", "        -name: WAITING", "-name: WAITING", "write `- name: WAITING`"),
+    (TRANSITION, BLOCK.replace("- ", "-"), "-when: button", "write `- when: button`"),
+    (TRANSITION, BLOCK.replace("when:", "when"), "- when button", "write `- when: button`"),
+    (TRANSITION, BLOCK.replace(": button", ""), "- when", "write `- when:`"),
+    ("name: crossing", "name crossing", "name crossing", "write `name: crossing`"),
+    ("      states:", "      states", "states", "write `states:`"),
+    ("      variables: {lap", "      variables {lap", "variables {lap: {type: 0..9}}", VARIABLES),
+    ("  feet:\n", "  feet\n", "feet", "write `feet:`"),
+    ("    inline:\n", "    inline\n", "inline", "write `inline:`"),
+    (BUTTON, BUTTON + ";", ";", "remove the `;`"),
+    (BUTTON, BUTTON + "}", "}", "remove the `}`"),
+    (BUTTON, BUTTON[:-1] + "]", "]", "write `}`"),
+    (BUTTON, "{type: bool, init: false};", ";", "remove the `;`"),
+    (BUTTON, "{type: {array: bool, size: 1}, init: [true]};", ";", "remove the `;`"),
+    (BUTTON, "{type: bool, init: false role: input}", "role", "write `,`"),
+    (BUTTON, "{type: bool, role input}", "role input", "write `role: input`"),
+    (BUTTON, "{type bool, role: input}", "type bool", "write `type: bool`"),
+    (BUTTON, "{type: bool, init=false}", "init=false", "write `init: false`"),
+    (BUTTON, "(type: bool, role: input)", "button: (type: bool, role: input)", f"write `button: {BUTTON}`"),
+    (f"button: {BUTTON}", f"button {BUTTON}", f"button {BUTTON}", f"write `button: {BUTTON}`"),
+    (f"button: {BUTTON}", "bool button = false;", "bool button = false;", "write `button: {type: bool, init: false}`"),
+    (BUTTON, "bool, role: input", ":", f"write `button: {BUTTON}`"),
+    (BUTTON, "input bool", "input bool", f"write `button: {BUTTON}`"),
+    (BUTTON, "0..8 = 3", "0..8 = 3", "write `button: {type: 0..8, init: 3}`"),
+    (BUTTON, "{type: 0..8 = 3}", "0..8 = 3", "write `type: 0..8, init: 3`"),
+    (BUTTON, "false", "false", "write `button: {type: bool, init: false}`"),
+    (BUTTON, "20", "20", "write `button: {type: 0..20, init: 20}`"),
+    (TRANSITION, TRANSITION.replace("to:", "to"), "to WAITING", "write `to: WAITING`"),
+    (TRANSITION, TRANSITION.replace("to: ", "to:"), "to:WAITING", "write `to: WAITING`"),
+    (TRANSITION, TRANSITION.replace("when:", "when"), "when countdown == 0", "write `when: countdown == 0`"),
+    (
+        "        - name: WALKING",
+        "        - WALKING:",
+        "WALKING",
+        "write `- name: WALKING`, and its other keys right below `name`",
+    ),
+    (
+        "{inline: {machine: Lamp, states: [{name: DARK_, stays: true}]}}",
+        "lamp.yaml",
+        "lamp.yaml",
+        "write `lamp: {file: lamp.yaml}`",
+    ),
+    (
+        "{inline: {machine: Lamp, states: [{name: DARK_, stays: true}]}}",
+        "Lamp",
+        "Lamp",
+        "write `lamp: {file: Lamp.machine.yaml}`",
+    ),
+    ("[{name: DARK_, stays: true}]", "{DARK_: {stays: true}}", "{", "write `- name: DARK_` for `DARK_:`, and so on"),
     (TRANSITION, TRANSITION.replace(",", ""), "to", "write `,`"),
     (TRANSITION, TRANSITION.replace(",", ";"), "to", "write `,` for `;`"),
     (TRANSITION, TRANSITION + ",", ",", "remove the `,`"),
@@ -260,10 +354,10 @@ FILES: tuple[tuple[str, str, str, str], ...] = (
     (TRANSITION, "            - request -> WAITING", "request -> WAITING", "write `{when: …, to: STATE}`"),
     (TRANSITION, TRANSITION.replace("- ", ""), "{", "write `- ` before each of them"),
     (TRANSITION, "            - when: true\n              to WAITING", "to WAITING", "write `to: WAITING`"),
-    ("schedule: [feet]", "schedule: [feet", "[", "write `]` where it ends"),
-    ("schedule: [feet]", "schedule:[feet]", "schedule:[feet]", "write `schedule: [feet]`"),
-    ("schedule: [feet]", "schedule [feet]", "schedule [feet]", "write `schedule: [feet]`"),
-    ("schedule: [feet]", "schedule: feet", "feet", "write `[feet]`"),
+    ("schedule: [feet, lamp]", "schedule: [feet, lamp", "[", "write `]` where it ends"),
+    ("schedule: [feet, lamp]", "schedule:[feet, lamp]", "schedule:[feet, lamp]", "write `schedule: [feet, lamp]`"),
+    ("schedule: [feet, lamp]", "schedule [feet, lamp]", "schedule [feet, lamp]", "write `schedule: [feet, lamp]`"),
+    ("schedule: [feet, lamp]", "schedule: feet, lamp", "feet, lamp", "write `[feet, lamp]`"),
     ("cycle_ms: 1000", "cycle_ms:1000", "cycle_ms:1000", "write `cycle_ms: 1000`"),
     ("cycle_ms: 1000", "period: 1000", "period", "write `cycle_ms`"),
     ("name: crossing", "name: a: b", ":", "quote it: '…'"),
@@ -291,6 +385,9 @@ FILES: tuple[tuple[str, str, str, str], ...] = (
     ),
     ("    inline:\n", "", "feet", "write `inline:` above them, and indent them by more"),
 )
+
+
+PASTED = tuple(row for row in FILES if re.fullmatch("write `[^`…]+[^`:…,]`", row[3]) and "{file" not in row[3])
 
 
 @pytest.mark.parametrize(("text", "marked", "hint"), GUARDS, ids=lambda part: part)
@@ -327,3 +424,16 @@ def test_a_long_text_is_looked_at_quickly(sign: str) -> None:
         begun = process_time()
         meant_at(table, sign * 20_000, 10_000)
         assert process_time() - begun < 2  # what grows with the square of the text takes minutes
+
+
+@pytest.mark.parametrize(("right", "text", "marked", "hint"), PASTED, ids=lambda part: part)
+def test_mends_can_be_pasted(right: str, text: str, marked: str, hint: str) -> None:
+    """What a hint says to write instead of what is marked is accepted there."""
+    whole = CROSSING.replace("ACTION", "").replace("GUARD", "true").replace(right, text, 1)
+    span = first(whole).span
+    assert span is not None
+    mended = hint.removeprefix("write `").removesuffix("`")
+    line = whole.rfind("\n", 0, span.start) + 1
+    begin = whole.find(mended.split()[0], line, span.start)  # the hint may write the key of the marked value, too
+    end = span.end if len(marked) > 1 else whole.index("\n", span.end)
+    load_arrangement_text(whole[: span.start if begin < 0 else begin] + mended + whole[end:])
