@@ -12,13 +12,15 @@ from typing import NamedTuple
 from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.program.program import Choice, Int, Program
 from llfsm_verify.registry import meant
-from llfsm_verify.runtime.duration import duration_ms
+from llfsm_verify.runtime.duration import duration_ms, excess
 from llfsm_verify.semantics.operators import OPERATOR
 
 FEWEST = 5
 """Cycles of a stretch by default, at least."""
 LONGEST_MS = 60_000
 """Of a stretch by default, unless that is fewer cycles."""
+MOST_CYCLES = 10**12 - 1
+"""Of a stretch."""
 ALL = (1 << 64) - 1
 ROW = 3
 """Words of a choice in `table`, and of a piece."""
@@ -163,12 +165,15 @@ def hold_of(text: str, program: Program) -> Fraction | None:
     """Cycles of a stretch: ``5s``, ``20cycles``, or ``none``. ValueError."""
     if text == "none":
         return None
-    count = re.fullmatch(r"([0-9]{1,12}) ?cycles?", text, re.ASCII)
-    if count and int(count[1]):
+    count = re.fullmatch(r"0*([1-9][0-9]*) ?cycles?", text, re.ASCII)
+    if count and len(count[1]) > len(str(MOST_CYCLES)):
+        raise ValueError(f"`{text[:40]}` is more than the largest number of cycles, {MOST_CYCLES:,}")
+    if count:
         return Fraction(int(count[1]))
     time = duration_ms(text) if text[-1:].isalpha() else None
     if time is None:
-        raise ValueError(f"`{text[:40]}` is neither a time such as 5s, a number of cycles such as 20cycles, nor `none`")
+        usual = f"`{text[:40]}` is neither a time such as 5s, a number of cycles such as 20cycles, nor `none`"
+        raise ValueError(excess(text) or usual)
     if program.period is None:
         raise ValueError(f"`{text[:40]}` is a time, and the arrangement is untimed: write cycles, such as 20cycles")
     return time / program.period

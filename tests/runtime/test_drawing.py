@@ -325,6 +325,10 @@ schedule: [m]
     [
         (LIGHTS, "5", "", "hold `5` is neither a time such as 5s, a number of cycles such as 20cycles, nor `none`"),
         (LIGHTS, "0cycles", "", "hold `0cycles` is neither"),
+        (LIGHTS, "1000000001s", "", "hold `1000000001s` is longer than the longest time, 1,000,000,000 s"),
+        (LIGHTS, f"{'9' * 99}h", "", f"hold `{'9' * 40}` is longer than the longest time, 1,000,000,000 s"),
+        (LIGHTS, "1e999999999s", "", "hold `1e999999999s` is neither"),
+        (MIXED, "1000000000000cycles", "", "hold `1000000000000cycles` is more than the largest number of cycles, 99"),
         (LIGHTS, "-3s", "", "hold `-3s` is neither"),
         (LIGHTS, "", "", "hold `` is neither"),
         (MIXED, "5s", "", "hold `5s` is a time, and the arrangement is untimed: write cycles, such as 20cycles"),

@@ -15,7 +15,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.replay.confirm import Misfit
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import TraceStep
-from llfsm_verify.cli.argument_types import assignments
+from llfsm_verify.cli.argument_types import DRAWN, assignments
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.scripts import extent_of, read_script
@@ -72,7 +72,7 @@ def run(options: Namespace) -> int:
     program, until, sought = _sought(arrangement, base, options.until)
     try:
         held = assignments("--set", options.set)
-        draw = assignments("--draw", options.draw, once=True)
+        draw = assignments("--draw", options.draw, DRAWN)
     except ValueError as wrong:
         return usage(str(wrong))
     problem = input_problem(program, held)
