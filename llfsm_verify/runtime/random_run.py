@@ -70,7 +70,7 @@ class RandomRun:
         self._inputs: dict[str, str] = {}
         self._waiting = sorted(script.times)
         self._cycles: dict[int, int] = {}
-        self._letter: Letter = frozenset() if until is None else first_letter(execution, NOTHING)
+        self._letter: Letter = frozenset()
         self.initial = execution.shown(self._record)
         self.before: tuple[TraceStep, ...] = ()
         """The steps of a run from whose end on this one goes."""
@@ -79,16 +79,26 @@ class RandomRun:
         self.fault: FaultSite | None = None
         self.overflowed = False
         self.ended = False
+        self._begin(NOTHING)
+
+    def _begin(self, schedule: Schedule) -> None:
+        """Stand at the beginning of a schedule, where what is looked for may leave 64 bits."""
+        self._record = self._execution.start(schedule.free)
+        try:
+            self._letter = frozenset() if self._until is None else first_letter(self._execution, schedule)
+        except OverflowError:
+            self.overflowed = True
 
     @property
     def reached(self) -> bool:
         """What is looked for is true now."""
-        return self._until is not None and truth(self._until, self._letter)
+        return self._until is not None and not self.overflowed and truth(self._until, self._letter)
 
     def follow(self, schedule: Schedule) -> None:
         """Begin where this run ends: its loop is taken once, and a step that ends in a fault not at all. Misfit: the
         program cannot follow it."""
-        self._record = self._execution.start(schedule.free)
+        self._begin(schedule)
+        unknown, self.overflowed = self.overflowed, False
         steps: list[TraceStep] = []
         for move in schedule.ringlets:
             enabled = self._execution.enabled(self._record)
@@ -101,11 +111,14 @@ class RandomRun:
                 self.fault, self.overflowed = None, False
                 break
             steps.append(step)
+        self.overflowed = unknown and not any(step.observed for step in steps)
         self.before = tuple(steps)
         self.initial = self._execution.shown(self._record)
 
     def steps(self, steps: int | None, cycles: int | None) -> Iterator[TraceStep]:
         """Until there were `steps` ringlets or `cycles` cycles more, or the run ended."""
+        if self.overflowed:
+            return
         number = done = 0
         self._inputs.update(self._script.steps.get(0, {}))
         limit = steps if steps is not None or cycles is not None else DEFAULT_STEPS
