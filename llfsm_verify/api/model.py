@@ -246,19 +246,19 @@ class Model:
         held = {0: by_input("inputs", inputs), **{k: by_input(f"script[{k}]", v) for k, v in (script or {}).items()}}
         texts = {step: {name: value_text(value) for name, value in given.items()} for step, given in held.items()}
         for step, given in texts.items():
-            problem = input_problem(program, given)
+            problem = input_problem(program, given, later=step != 0)
             if problem is not None:
                 raise ValueError(problem if step == 0 else f"step {step}: {problem}")
         seed = random.SystemRandom().randrange(1 << 32) if seed is None else seed
         law = drawing_of(program, hold, laws_of(draw), texts[0])
         source = random.Random(seed)  # noqa: S311 - no secrets
-        run = RandomRun(Execution(program), Script(texts), source, law=law)
+        run = RandomRun(Execution(program), Script(texts), source, law=law, seed=seed)
         done = tuple(run.steps(steps, cycles))
         endings: dict[Ending, bool] = {
             "fault": run.fault is not None, "overflow": run.overflowed, "ended": run.ended, "steps": True,
         }  # fmt: skip
         ending = next(name for name, true in endings.items() if true)
-        trace = Trace(run.initial, (), (), done, None, run.fault, period=program.period)
+        trace = Trace(run.initial, run.free, (), done, None, run.fault, period=program.period)
         return SimulatedRun(trace, self.wrapped, seed, ending, run.visits.never)
 
     def run(

@@ -26,21 +26,23 @@ INITIALLY, GOES_ON = "initially", "as the trace ends"
 
 class RunTable:
     """Writes a run of `program` in `width` terminal cells. `initial` has its variables at the begin, `held` the inputs
-    that never change; `first` is the number of the step after which it begins (None: it does not go on with another
-    run), `last` that of the last step, as far as that is known."""
+    that have a value throughout, `free` those that got one before it; `first` is the number of the step after which it
+    begins (None: it does not go on with another run), `last` that of the last step, as far as that is known."""
 
     def __init__(
         self,
         program: Program,
         initial: tuple[tuple[str, str], ...],
         held: Mapping[str, str],
+        free: Mapping[str, str],
         first: int | None,
         last: int,
         width: int,
     ) -> None:
         self._first = first or 0
         self._beginning = INITIALLY if first is None else GOES_ON
-        columns = _columns(program, initial, held, last, self._beginning)
+        self._free = [f"{name} = {value}" for name, value in free.items()]
+        columns = _columns(program, initial, held, self._free, last, self._beginning)
         self._lines = StepLines.fitting(columns, [i for i, column in enumerate(columns) if column.natural], width)
         self._times = Times.until(program.period, last)
         self._shown = LastShown(dict(initial))
@@ -50,7 +52,9 @@ class RunTable:
     def head(self) -> Iterator[Text]:
         """The titles, and the row of where the run begins."""
         yield self._lines.header()
-        yield from self._lines.row(Row("", str(self._first), "", "", "", self._beginning, "", "", ""))
+        yield from self._lines.row(
+            Row("", str(self._first), "", "", "", self._beginning, ", ".join(self._free), "", "")
+        )
 
     def step(self, number: int, step: TraceStep, cycles: Cycles, *, faulted: bool) -> Iterator[Text]:
         """The row of a step, after a thin rule where a cycle of several steps ends."""
@@ -65,7 +69,12 @@ class RunTable:
 
 
 def _columns(
-    program: Program, initial: Iterable[tuple[str, str]], held: Mapping[str, str], last: int, beginning: str
+    program: Program,
+    initial: Iterable[tuple[str, str]],
+    held: Mapping[str, str],
+    free: Iterable[str],
+    last: int,
+    beginning: str,
 ) -> list[Column]:
     """The columns with room for whatever a run can show, as far as that is known before it runs.
 
@@ -76,6 +85,7 @@ def _columns(
     fired = [f"→ {m.states[t.target]} when {t.text}" for m in machines for ts in m.transitions for t in ts]
     names = {c.source: c for c in program.choices}
     inputs = [f"{name} = {held.get(name) or _widest(choice)}" for name, choice in names.items()]
+    inputs += free
     values = [text for var in program.vars for text in (*var.origin.labels, *_bounds(var.type))]
     value = "x" * min(max(map(len, values), default=0), WIDE_VALUE)
     changes = [f"{name}: {value} → {value}" for name, _ in initial]

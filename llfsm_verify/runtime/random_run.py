@@ -16,10 +16,8 @@ from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.word import truth
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice, FaultSite, Program
-from llfsm_verify.runtime.drawing import ANEW, Drawing, Draws, unknown_input
+from llfsm_verify.runtime.drawing import ANEW, Drawing, Draws, drawable, free_inputs, free_values, unknown_input
 from llfsm_verify.runtime.visited import Visits
-
-NOTHING = Schedule((), (), None)
 
 Values = Mapping[str, str]
 """Texts of values by inputs."""
@@ -39,7 +37,7 @@ class RandomRun:
 
     It ends where the state formula `until` is true. `drawn` are the choices to draw, in this order; others that the
     program has (since a formula looks at them) are drawn beside, so that a formula does not change the run. `law` says
-    how often, and with which probabilities.
+    how often, and with which probabilities. With a `seed`, inputs that never change are drawn from it.
     """
 
     def __init__(
@@ -51,6 +49,7 @@ class RandomRun:
         until: Formula | None = None,
         drawn: Sequence[str] | None = None,
         law: Drawing = ANEW,
+        seed: int | None = None,
     ) -> None:
         self._execution = execution
         self._script = script
@@ -64,7 +63,10 @@ class RandomRun:
         self._others = [c for c in choices if c.name not in set(order)]
         self._draws = Draws(law, len(execution.program.slots))
         self._until = until
-        self._record = execution.start()
+        first = {**script.steps.get(0, {}), **script.times.get(Fraction(0), {})}
+        self.free = tuple(free_values(execution.program, first, law, seed).items())
+        """The values of inputs that never change and have no `init`."""
+        self._record = execution.start(self.free)
         self.visits = Visits(execution.program, execution.layout)
         self.visits.see(self._record)
         self._inputs: dict[str, str] = {}
@@ -79,10 +81,11 @@ class RandomRun:
         self.fault: FaultSite | None = None
         self.overflowed = False
         self.ended = False
-        self._begin(NOTHING)
+        self._begin(Schedule(self.free, (), None))
 
     def _begin(self, schedule: Schedule) -> None:
         """Stand at the beginning of a schedule, where what is looked for may leave 64 bits."""
+        self.free = schedule.free
         self._record = self._execution.start(schedule.free)
         try:
             self._letter = frozenset() if self._until is None else first_letter(self._execution, schedule)
@@ -181,9 +184,9 @@ def _refuse_missing(program: Program, move: Move, read: Sequence[int]) -> None:
             raise Misfit(f"a step reads `{name}`, which the run does not give", name)
 
 
-def input_problem(program: Program, inputs: Mapping[str, str]) -> str | None:
-    """Why these inputs cannot be given, or None."""
-    choices = {choice.source: choice for choice in program.choices if choice.kind != "age"}
+def input_problem(program: Program, inputs: Mapping[str, str], *, later: bool = False) -> str | None:
+    """Why these inputs cannot be given at the beginning, or `later`; None: they can."""
+    choices = drawable(program) | ({} if later else free_inputs(program))
     for name, text in inputs.items():
         if name not in choices:
             return unknown_input(program, name)

@@ -101,10 +101,9 @@ def run(options: Namespace) -> int:
         how.period(making.rate)
     except ValueError as wrong:
         return usage(str(wrong))
-    rounds, free, script = how.rounds(options.span), how.free, list[Prescribed]()
+    rounds, free, script = how.rounds(options.span), dict[str, int](), list[Prescribed]()
     if options.inputs is not None:
-        first, script, steps = _inputs(options.inputs, given, how.program)
-        free = {**free, **first}
+        free, script, steps = _inputs(options.inputs, given, how.program)
         rounds = rounds if options.span is not None else steps
     code = how.code()
     specs = declared_ports(options.ports, code)

@@ -16,7 +16,7 @@ from llfsm_verify.kripke.observing import AtomOverflow
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.program.program import Int
-from llfsm_verify.runtime.drawing import ANEW, drawing_of
+from llfsm_verify.runtime.drawing import ANEW, drawing_of, free_values
 from llfsm_verify.runtime.live.codes import IMPOSSIBLE
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.plan import NONE, Plan, plan
@@ -82,6 +82,7 @@ class Making:
         """The loop of the first run. ValueError: see `Plan.period`, and `drawing_of`. DiagnosticError (E483): what a
         property reads leaves 64 bits before the first turn."""
         law = ANEW if self.seed is None else drawing_of(how.program, self.hold, self.draw, self.held)
+        free = {**free_values(how.program, self.held, law, self.seed), **free}
         try:
             return how.loop(
                 code, period=how.period(self.rate), rounds=rounds, seed=self.seed, law=law, jitter=self.jitter,
