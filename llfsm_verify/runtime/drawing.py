@@ -146,18 +146,14 @@ def free_values(
 ) -> dict[str, int]:
     """The values of `free_inputs` in a run: those of `held`, else drawn, else what `init` would be.
 
-    The value of one depends on its name and the seed alone, and no other one on it. ValueError: one has no such value.
+    The value of one depends on its name and the seed alone, and no other one on it. ValueProblem: see `choice_value`.
     """
-    inits, found = {v.name: v.init for v in program.vars}, dict[str, int]()
+    found = {v.name: v.init for v in program.vars if v.free and isinstance(v.init, int)}
     for name, choice in free_inputs(program).items():
-        init = inits[name]
-        assert isinstance(init, int), "inputs are scalars here"
-        found[name] = init if seed is None else law.drawn(choice, Random(f"{name} {seed}"))  # noqa: S311 - no secrets
         if name in held:
-            try:
-                found[name] = choice_value(choice, held[name])
-            except ValueProblem as problem:
-                raise ValueError(f"{name}: {problem}") from None
+            found[name] = choice_value(choice, held[name])
+        elif seed is not None:
+            found[name] = law.drawn(choice, Random(f"{name} {seed}"))  # noqa: S311 - no secrets
     return found
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 from functools import partial
-from typing import TypeVar, cast
+from typing import Any, cast
 
 from llfsm_verify.arrangement.ending import ending_notes
 from llfsm_verify.arrangement.model import Arrangement
@@ -22,9 +22,6 @@ from llfsm_verify.verification.contradiction import without_contradicted
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 
 Check = Callable[[Problem, Options], Result]
-
-
-T = TypeVar("T")
 
 
 class _Raised(BaseException):
@@ -51,12 +48,9 @@ def verify(
     problem, options = bind(arrangement, properties), options or Options()
     doubted = {line.name for line in problem.properties if line.doubt is not None} if options.strict else set[str]()
     options = _telling_once(options, doubted - options.accepted)
-    options = replace(
-        options,
-        progress=_passing(options.progress),
-        decided=_passing(options.decided),
-        tell=_passing(options.tell),
-    )
+    calls = {name: getattr(options, name) for name in ("progress", "decided", "tell")}
+    passing: dict[str, Any] = {name: _passing(call) for name, call in calls.items() if call is not None}
+    options = replace(options, **passing)
     try:
         result = checker(engine)(problem, options)
     except _Raised as raised:
@@ -81,12 +75,10 @@ def _doubted(item: PropertyResult, line: Property) -> PropertyResult:
     return replace(item, vacuity=replace(item.vacuity, findings=(finding, *item.vacuity.findings)))
 
 
-def _passing(call: Callable[[T], None] | None) -> Callable[[T], None] | None:
+def _passing(call: Callable[[Any], None]) -> Callable[[Any], None]:
     """The same function, whose errors no engine takes for its own."""
-    if call is None:
-        return None
 
-    def called(said: T) -> None:
+    def called(said: Any) -> None:
         try:
             call(said)
         except Exception as error:  # noqa: BLE001 - whatever a function of others raises, its caller gets

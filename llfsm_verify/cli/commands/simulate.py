@@ -178,9 +178,7 @@ def _table(job: _Job, held: dict[str, str], width: int) -> RunTable:
 
     first = len(job.run.before)
     last = first + (job.steps or (job.cycles or 1) * len(job.program.slots))
-    initial = dict(job.run.initial)
-    free = {name: initial[name] for name in free_inputs(job.program)}
-    return RunTable(job.program, job.run.initial, held, free, None if job.begin is None else first, last, width)
+    return RunTable(job.program, job.run.initial, held, None if job.begin is None else first, last, width)
 
 
 def _said(job: _Job, taken: int, *, states: bool = True) -> list[str]:
