@@ -13,7 +13,7 @@ from llfsm_verify.backends.native.executor import ENDED, OVERFLOW, Event, Native
 from llfsm_verify.kripke.values import Shown, shown
 from llfsm_verify.language.types import decimal_text
 from llfsm_verify.program.program import Choice, FaultSite, Input, Int, Program
-from llfsm_verify.runtime.drawing import ANEW, Drawing, Draws
+from llfsm_verify.runtime.drawing import ANEW, Drawing, Draws, free_values, unknown_input
 
 __tracebackhide__ = True
 """For pytest: a step that a test cannot take fails in the line of the test, not here."""
@@ -42,8 +42,9 @@ class SimulationOverflow(SimulationError):
 class Simulation:
     """Steps a program from its first initial configuration.
 
-    Inputs that a call does not choose are drawn at random from `seed`, by `law`; without a seed they have their lowest
-    values. Processes take turns likewise: drawn at random, or one after the other. Equal seeds give equal runs.
+    Inputs that a call does not choose are drawn at random from `seed`, by `law`, those that never change once; without
+    a seed they have their lowest values. Processes take turns likewise: drawn at random, or one after the other. Equal
+    seeds give equal runs.
     """
 
     def __init__(self, program: Program | NativeProgram, seed: int | None = None, law: Drawing = ANEW) -> None:
@@ -62,7 +63,8 @@ class Simulation:
         self._random = None if seed is None else Random(seed)  # noqa: S311 - a reproducible sequence is wanted
         self._turn = 0
         self._draws = Draws(self._law, len(self.program.slots))
-        self.record = self._layout.first(free)
+        drawn = {} if seed is None else free_values(self.program, {}, self._law, seed)
+        self.record = self._layout.first({**drawn, **free})
         """Where the simulation stands (see `backends.native.layout`); may be set to go elsewhere."""
         self.events: tuple[Event, ...] = ()
         """What happened in the last ringlet or cycle: kind, index of the machine, arguments. Empty after `run`."""
@@ -240,6 +242,8 @@ class Simulation:
             choices = self._named.get(name, ())
             unread = [i for i in self.program.inputs if i.name == name]
             if not choices and not unread:
+                if any(v.name == name and v.origin.kind == "input" for v in self.program.vars):
+                    raise ValueError(unknown_input(self.program, name))
                 known = sorted({c.source for c in self.program.choices} | {i.name for i in self.program.inputs})
                 raise ValueError(f"there is no input {name!r}, only {', '.join(known) or 'none at all'}")
             for choice in choices:

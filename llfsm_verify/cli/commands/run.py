@@ -19,7 +19,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.replay.execution import Execution
-from llfsm_verify.cli.argument_types import assignments
+from llfsm_verify.cli.argument_types import DRAWN, assignments
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.unhurried import unhurried_errors
 from llfsm_verify.cli.panel import shown
@@ -67,7 +67,7 @@ def run(options: Namespace) -> int:
         print(warning.render(), file=sys.stderr)
     try:
         held = assignments("--set", options.set)
-        draw = assignments("--draw", options.draw, once=True)
+        draw = assignments("--draw", options.draw, DRAWN)
     except ValueError as wrong:
         return usage(str(wrong))
     simulated = options.simulate or options.inputs is not None
@@ -101,10 +101,9 @@ def run(options: Namespace) -> int:
         how.period(making.rate)
     except ValueError as wrong:
         return usage(str(wrong))
-    rounds, free, script = how.rounds(options.span), how.free, list[Prescribed]()
+    rounds, free, script = how.rounds(options.span), dict[str, int](), list[Prescribed]()
     if options.inputs is not None:
-        first, script, steps = _inputs(options.inputs, given, how.program)
-        free = {**free, **first}
+        free, script, steps = _inputs(options.inputs, given, how.program)
         rounds = rounds if options.span is not None else steps
     code = how.code()
     specs = declared_ports(options.ports, code)

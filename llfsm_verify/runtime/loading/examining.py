@@ -94,7 +94,7 @@ def examine(question: Question, budget: Budget) -> Accepted | Refusal:
             return _Examination(question, budget).outcome()
     except Uncarried as problem:
         return Refusal(str(problem))
-    except (LimitReached, AutomatonTooLarge, MonitorTooLarge, TooManyEdges, MemoryError) as limit:
+    except (LimitReached, AutomatonTooLarge, MonitorTooLarge, TooManyEdges, MemoryError, OverflowError) as limit:
         return Refusal(f"{UNKNOWN}: {str(limit) or 'the memory ran out'}")
 
 
