@@ -75,6 +75,7 @@ PROPERTY_WORDS = {
         "TRUE True": "write `true`",
         "FALSE False": "write `false`",
         "state": "write `m@STATE`",
+        "then next followed by": "in a rule write letters next to each other: `a b`",
     }.items()
     for word in words.split()
 }
