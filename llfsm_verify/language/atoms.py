@@ -34,7 +34,6 @@ _Observation = OneOf["ran", "entered", "suspended", "loaded", "finished"]
 MACHINE_FUNCTIONS = ("fired", "entered", "sampled", "read")
 """What it may ask by a word with arguments: `m.fired(STATE, 0)`, `m.entered(STATE)`, `m.sampled(x)`, `m.read(x)`."""
 _COMPARED = re.compile(r"\s*([=!]=)\s*(?:\w+(?:\.|@|::))?(\w+)")
-"""What a machine is compared with: `== GO`, `!= drive.GO`."""
 EDGES = ("rose", "fell", "changed")
 PROPERTY_FUNCTIONS = (
     "abs",

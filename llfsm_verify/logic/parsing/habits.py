@@ -16,7 +16,6 @@ _IF = rf"\b(?:if|when|whenever)\s+{_PART}\s*(?:,|\bthen)\s+{_PART}\s*"
 _VALUE = r"(?<![\w.])(?<![-+*/%])(?<![-+*/%] )([A-Za-z_][\w.\[\]]*)"
 _OR = r"\s*(\|\|?|&&?|\bor\b|\band\b)\s*"
 _EACH = "ask for each value: `x == 1 || x == 2`"
-_WITHIN = r"write `F[<=\1{0}] …`; only `s responds to p` takes `within \1{0}`"
 
 HABITS = {
     rf"{_LINE}(?:\bleads?[ _]?to\b|~>)": _LEADS,
@@ -52,9 +51,8 @@ HABITS = {
     r"(?<=\w)'(?!\w)": "write `X (…)` for the next step; `changed(x)` compares with the step before",
     r"--(?!\d)|^[ \t]*(?://|%|;|\(\*)[^\n]*|//|/\*": "a comment begins with `#`",
     r"(?:\b([GF])\s*)\(\s*([<>]=\s*\d\w*)\s*\)": r"write `\1[\2]`",
-    r"[^\n]*?\bwithin\s+(\d[\d.]*)\s*(?:milliseconds?|ms)\b": _WITHIN.format("ms"),
-    r"[^\n]*?\bwithin\s+(\d[\d.]*)\s*(?:seconds?|secs?|s)\b": _WITHIN.format("s"),
-    r"[^\n]*?\bwithin\s+(\d[\d.]*)\s*(?:minutes?|min|m)\b": _WITHIN.format("min"),
+    r"[^\n]*?\bwithin\s+(\d[\d.]*)\s*(ms|s|min)(?:ec|ond|ute|s)*\b":
+        r"write `F[<=\1\2] …`; only `s responds to p` takes `within \1\2`",
     r"[^\n]*?\bwithin\s+(\d+)(?:\s+steps?)?(?=\s*(?:\)|$))":
         r"write `F[0:\1] …` for steps; only `s responds to p` takes `within`, and a time",
     r"↑|\b(?:posedge|rising)\b\s*\w*": "write `rose(…)`",

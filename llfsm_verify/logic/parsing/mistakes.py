@@ -15,7 +15,6 @@ from llfsm_verify.logic.patterns import SIMPLE
 
 _LETTERS = frozenset("GFXUWRMYZOHST")
 _BOUND = re.compile(r"\s*[<>]=?\s*[0-9.]+(?:\s*(?:ms|s|min|seconds?|minutes?))?\b")
-"""A bound without its brackets."""
 _JOINED = re.compile(r"[GFXYZOH]{2,}\Z")
 NO_BITS = "a property has no bit operations: calculate them in a variable, and compare that"
 """What is said where `&`, `<<` and the like stand between numbers."""
