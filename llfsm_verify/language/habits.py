@@ -80,6 +80,7 @@ PROPERTY_WORDS = {
         "FALSE False": "write `false`",
         "state": "write `m@STATE`",
         "initially init initial": "write `initially p` where `p` is to be true in the beginning",
+        "then next followed by": "in a rule write letters next to each other: `a b`",
     }.items()
     for word in words.split()
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from decimal import Decimal
 from functools import cache, lru_cache
 from itertools import takewhile
 from typing import cast
@@ -145,7 +146,11 @@ def _unexpected(fragment: Fragment, token: Token, expected: frozenset[str], star
         whole = fragment.span(start_of_number, token.end)
         instead = habit or "write digits, such as 12 or 0.5, or 0x and hexadecimal digits"
         if re.fullmatch(r"[0-9.]+[eE][0-9]*", whole.text):
+            number = re.match(r"[0-9]+(?:\.[0-9]+)?[eE][+-]?(?:[12]?[0-9]|30)(?!\w)", text[start_of_number:])
             instead = "write it without an exponent, such as 0.001"
+            if number is not None:
+                whole = fragment.span(start_of_number, start_of_number + number.end())
+                instead = f"write `{Decimal(number[0]):f}`"
         return Diagnostic("E134", f"`{whole.text}` is not a number", whole, hint=instead)
     return Diagnostic("E101", f"unexpected `{token.text}`", span, hint=hint)
 

@@ -17,6 +17,7 @@ from llfsm_verify.logic.initial import forgotten
 from llfsm_verify.logic.lines import Kind, Line, logical_lines, read_line
 from llfsm_verify.logic.parsing.bounds import time_bounds
 from llfsm_verify.logic.parsing.definitions import Definitions, Member, family, is_definition, is_family
+from llfsm_verify.logic.parsing.delays import refuse_delay_of_sva
 from llfsm_verify.logic.parsing.formulas import parse_words
 from llfsm_verify.logic.parsing.habits import with_habit
 from llfsm_verify.logic.parsing.patterns import read_pattern
@@ -143,10 +144,12 @@ def _read(
         return
     syntax = named_syntax(text, tokens) or syntax
     starts = source.starts if isinstance(source, GivenLines) else ()
-    defined = Definitions()
+    defined, delays = Definitions(), syntax == "llfsm" and "##" in text.text
     lines: list[tuple[list[Token], Member]] = []
     for words in logical_lines(text, tokens, starts):
         try:
+            if delays:
+                refuse_delay_of_sva(text, words)
             if syntax == "llfsm" and is_definition(text.text, words[0].start):
                 defined.add(text, words)
             elif syntax == "llfsm" and is_family(text.text, words[0].start):

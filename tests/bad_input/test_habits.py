@@ -68,7 +68,7 @@ def first(text: str, *properties: str) -> Diagnostic:
     return caught.value.diagnostics[0]
 
 
-def judge(found: Diagnostic, marked: str, hint: str) -> None:
+def judge(found: Diagnostic, marked: str, hint: str | None) -> None:
     assert found.span is not None
     assert (found.span.text, found.hint) == (marked, hint)
 
@@ -236,7 +236,7 @@ PROPERTIES: tuple[Row, ...] = (
     ("G (walk is GO)", "is", "write `==`"),
     ("G walk /= GO", "=", "write `!=`"),
     ("G walk == Walk::GO", "G walk == Walk", "write `Walk.GO`"),
-    ("G (if button then request)", "button", "write `p -> q`"),
+    ("G (if button request)", "button", "write `p -> q`"),
     (
         "G (countdown in {1, 2})",
         "in",
@@ -284,6 +284,159 @@ PROPERTIES: tuple[Row, ...] = (
         "write `for i in 0..3: NAME: …`, or `for m in {ns, ew}: NAME: …`",
     ),
 )
+MENDS: tuple[tuple[str, str, str | None, str], ...] = (
+    (
+        "a G button",
+        "G",
+        "write `a: G button` where `a` is its name, or else an operator there, such as `&&` or `->`",
+        "a: G button",
+    ),
+    (
+        "my-own [] button",
+        "[]",
+        "write `my-own: [] button` where `my-own` is its name, or else an operator there, such as `&&` or `->`",
+        "my-own: [] button",
+    ),
+    ("a: button G request", "G", "write an operator there, such as `&&` or `->`", "a: button && G request"),
+    ("eventually G button", "G", "write `F`", "F G button"),
+    (
+        "assume a G button",
+        "assume",
+        'write `assume a: G button`, or `"assume"` for a variable of that name',
+        "assume a: G button",
+    ),
+    (
+        "assume a := F button",
+        "assume",
+        'write `assume a: F button`, or `"assume"` for a variable of that name',
+        "assume a: F button",
+    ),
+    (
+        "assume button -> F request",
+        "assume",
+        'write `assume NAME: button -> F request`, or `"assume"` for a variable of that name',
+        "assume NAME: button -> F request",
+    ),
+    (
+        "forbid a [button]",
+        "forbid",
+        'write `forbid a: [button]`, or `"forbid"` for a variable of that name',
+        "forbid a: [button]",
+    ),
+    (
+        "enforce (button request)*",
+        "enforce",
+        'write `enforce NAME: (button request)*`, or `"enforce"` for a variable of that name',
+        "enforce NAME: (button request)*",
+    ),
+    (
+        "forbid initially [button]",
+        "forbid",
+        "write `forbid initially NAME: [button]`",
+        "forbid initially NAME: [button]",
+    ),
+    (
+        "initially forbid a: [button]",
+        "initially",
+        "write `forbid initially a: [button]`",
+        "forbid initially a: [button]",
+    ),
+    ("initially assume a: button", "initially", "write `assume a: initially button`", "assume a: initially button"),
+    ("initially a: button", "initially", "write `a: initially button`", "a: initially button"),
+    (
+        "define late = button && request",
+        "late",
+        "write `define late: button && request`",
+        "define late: button && request",
+    ),
+    ("let late := button", "late", "write `define late: button`", "define late: button"),
+    ("Initially button", "button", "write `initially`", "initially button"),
+    ("init G button", "G", "write `initially`", "initially G button"),
+    ("G (button, request)", ",", "write `&&`, or a line for each property", "G (button && request)"),
+    (
+        "forbid a: [button] then [request]",
+        "then",
+        "in a rule write letters next to each other: `a b`",
+        "forbid a: [button] [request]",
+    ),
+    ("forbid a: feet.lap == 1", "==", "put a formula into brackets: `[feet.lap == 1]`", "forbid a: [feet.lap == 1]"),
+    ("-- the lights", "--", "a comment begins with `#`", "# the lights"),
+    ("G button -- why", "--", "a comment begins with `#`", "G button # why"),
+    ("; the lights", ";", "a comment begins with `#`", "# the lights"),
+    ("% the lights", "%", "a comment begins with `#`", "# the lights"),
+    ("G button;", ";", "remove it: a property ends with its line", "G button"),
+    ("forbid a: button{2;3}", ";", "write `{2,3}`", "forbid a: button{2,3}"),
+    ("if button then F request", "button", "write `G (button -> F request)`", "G (button -> F request)"),
+    ("G (if button then request)", "button", "write `button -> request`", "G (button -> request)"),
+    (
+        "G (if button then request else pos[0] == 1)",
+        "button",
+        "write `((button) -> (request)) && (!(button) -> (pos[0] == 1))`",
+        "G (((button) -> (request)) && (!(button) -> (pos[0] == 1)))",
+    ),
+    ("when (button), F request", ",", "write `G ((button) -> F request)`", "G ((button) -> F request)"),
+    ("feet.state == WALKING", "state", "write `feet@WALKING`", "feet@WALKING"),
+    ("feet.current_state != feet.WALKING", "current_state", "write `!feet@WALKING`", "!feet@WALKING"),
+    ("feet == WALKING", "feet", "write `feet@WALKING`", "feet@WALKING"),
+    (
+        "feet is in WALKING",
+        "is",
+        "write `feet@WALKING` for a state of a machine, `feet == WALKING` for a value",
+        "feet@WALKING",
+    ),
+    ("F<3s button", "F", 'write `"F"` for a variable of that name, or `F[<=3s]`', "F[<=3s] button"),
+    (
+        "F<=3 button",
+        "F",
+        'write `"F"` for a variable of that name, or `F[<=3s]` for seconds, or `F[0:3]` for steps',
+        "F[0:3] button",
+    ),
+    ("button U<3s request", "<", "write `U[<=3s]`", "button U[<=3s] request"),
+    ("F[>3] button", "[>3]", "write `F[>=3s]` for seconds, or `X[3] F` for steps", "X[3] F button"),
+    ("F[0,3] button", "[0,3]", "write `F[0:3]`", "F[0:3] button"),
+    ("F[1 sec to 2 sec] button", "[1 sec to 2 sec]", "write `F[1s:2s]`", "F[1s:2s] button"),
+    ("F{3} button", "{", "write `F[0:3]`", "F[0:3] button"),
+    ("X{3} button", "{", "write `X[3]`", "X[3] button"),
+    ("GF feet@WAITING", "GF", "write `G F feet@WAITING`", "G F feet@WAITING"),
+    ("(GF button) && request", "GF", "write `G F`", "(G F button) && request"),
+    ("countdown == 1 || 2", "2", "write `countdown == 2`", "countdown == 1 || countdown == 2"),
+    ("pos[1] != 1 && 2", "2", "write `pos[1] != 2`", "pos[1] != 1 && pos[1] != 2"),
+    ("countdown == (1 || 2)", "1", "write `(countdown == 1 || countdown == 2)`", "(countdown == 1 || countdown == 2)"),
+    ("countdown == (1 || 2 || 3)", "1", "ask for each value: `x == 1 || x == 2`", ""),
+    ("countdown + 1 == 2 || 3", "3", None, ""),
+    (
+        "F button within 3 seconds",
+        "within",
+        "write `F[<=3s] …`; only `s responds to p` takes `within 3s`",
+        "F[<=3s] button",
+    ),
+    (
+        "F button within 3",
+        "within",
+        "write `F[0:3] …` for steps; only `s responds to p` takes `within`, and a time",
+        "F[0:3] button",
+    ),
+    (
+        "request responds to button within 3 seconds",
+        "within",
+        "write `within 3s`",
+        "request responds to button within 3s",
+    ),
+    ("G countdown < 1.5e3", "1.5e3", "write `1500`", "G countdown < 1500"),
+    (
+        "forbid y: button ##1 request",
+        "##1",
+        "for a delay of SVA write `a b` in a rule, `p && X[1] q` in a formula; for a comment write `# 1`",
+        "forbid y: button request",
+    ),
+    (
+        "G button ##[1:3] request",
+        "##[1:3]",
+        "for a delay of SVA write `a b` in a rule, `p && X[1] q` in a formula; for a comment write `# 1`",
+        "G (button && X[1] request)",
+    ),
+)
+"""Of properties too: what is written, what is marked of it, the hint, and the line mended by it."""
 FILES: tuple[tuple[str, str, str, str], ...] = (
     (TRANSITION, TRANSITION[:-1], "{", "write `}` where it ends"),
     (TRANSITION, "            - {when: true && after(5), to: WAITING", "{", "write `}` where it ends"),
@@ -405,6 +558,17 @@ def test_in_properties(text: str, marked: str, hint: str) -> None:
     judge(first(CROSSING.replace("ACTION", "").replace("GUARD", "true"), text), marked, hint)
 
 
+@pytest.mark.parametrize(("text", "marked", "hint", "mended"), MENDS, ids=str)
+def test_in_properties_that_are_mended(text: str, marked: str, hint: str | None, mended: str) -> None:
+    judge(first(CROSSING.replace("ACTION", "").replace("GUARD", "true"), text), marked, hint)
+    bind(
+        load_arrangement_text(CROSSING.replace("ACTION", "").replace("GUARD", "true")),
+        parse_properties([Source("p.ltl", mended)]),
+    )
+    given = re.findall(r"`([^`]+?)(?: …)?`", hint or "")
+    assert not mended or not (hint or "").startswith("write") or any(part in mended for part in given)
+
+
 @pytest.mark.parametrize(("right", "text", "marked", "hint"), FILES, ids=lambda part: part)
 def test_in_files(right: str, text: str, marked: str, hint: str) -> None:
     whole = CROSSING.replace("ACTION", "").replace("GUARD", "true")
@@ -418,7 +582,7 @@ def test_arrays_may_be_called_as_kinds_are() -> None:
     assert len(bound.properties) == 1
 
 
-@pytest.mark.parametrize("sign", ["a", " ", "(", "@", "=", "if (", "1.", "for (i in "])
+@pytest.mark.parametrize("sign", ["a", " ", "(", "@", "=", "if (", "1.", "for (i in ", "if a, ", "a == 1 || "])
 def test_a_long_text_is_looked_at_quickly(sign: str) -> None:
     for table in (IN_GUARDS, IN_ACTIONS, HABITS, IN_EXPRESSIONS):
         begun = process_time()

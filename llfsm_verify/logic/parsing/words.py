@@ -57,6 +57,11 @@ class Words:
         text = self.text(first, min(last, first + 60))
         return text if len(text) <= 60 and last - first <= 60 else text[:59] + "…"
 
+    def rest(self, first: int) -> str:
+        """`text` from number `first` on, to be pasted; where that is long or not there, `…`."""
+        text = self.text(first, min(len(self.tokens) - 1, first + 60)) if first < len(self.tokens) else "…"
+        return text if len(text) <= 80 and len(self.tokens) - first <= 60 else "…"
+
     def atom(self, first: int, last: int) -> Fragment:
         """The tokens as an atom: its text is the atom's key (one way of spacing, quotes dropped)."""
         tokens: list[Token] = []
@@ -115,6 +120,9 @@ def check_words(words: Words) -> None:
                 line = words.fragment.span(opening.start, opening.end).line
                 message = f"this `{token.text}` does not match the `{opening.text}` of line {line}"
                 raise words.error(codes.STRAY_BRACKET, message, i, i, "close brackets in the order they were opened")
+        elif token.text == "-" and words.fragment.text.startswith(("-- ", "--\t"), token.start):
+            message, hint = "`--` has no meaning in a formula", "a comment begins with `#`"
+            raise words.error(codes.MISPLACED_SIGN, message, i, i + 1, hint)
         elif token.type == "OTHER":
             raise words.error(
                 codes.CHARACTER, f"a formula cannot have the character {_shown(token.text)}", i, i, _say(token)
@@ -138,5 +146,5 @@ def _say(token: Token) -> str | None:
     if token.text in "≤≥≠":
         return "write " + {"≤": "`<=`", "≥": "`>=`", "≠": "`!=`"}[token.text]
     if token.text == ";":
-        return "a property ends with its line"
+        return "remove it: a property ends with its line"
     return None
