@@ -26,11 +26,12 @@ from llfsm_verify.api.options import (
     query_options,
     value_text,
 )
-from llfsm_verify.api.properties import Properties, check_syntax, read_properties
+from llfsm_verify.api.properties import Properties, check_syntax, property_sources, read_properties
 from llfsm_verify.api.results import CheckResult
 from llfsm_verify.api.traces import Ending, RunView, SimulatedRun, TraceView, Value
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
@@ -39,6 +40,8 @@ from llfsm_verify.files import replacing
 from llfsm_verify.kripke.compiled import kernels
 from llfsm_verify.kripke.structure import Structure, structure
 from llfsm_verify.limits import Budget
+from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.program.program import Program
 from llfsm_verify.report.drawing.codes import NO_LIBRARY
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.formats import DRAWINGS
@@ -242,25 +245,14 @@ class Model:
         if steps is not None and cycles is not None:
             raise ValueError("a run has so many `steps` or so many `cycles`, not both")
         program = lower(self.wrapped, keep_all_bits=True)
-        if not isinstance(script or {}, Mapping) or not all(isinstance(step, int) for step in script or {}):
-            raise TypeError(f"`script` is a mapping from the numbers of steps, not {script!r:.80}")
-        held = {0: by_input("inputs", inputs), **{k: by_input(f"script[{k}]", v) for k, v in (script or {}).items()}}
-        texts = {step: {name: value_text(value) for name, value in given.items()} for step, given in held.items()}
-        for step, given in texts.items():
-            problem = input_problem(program, given, later=step != 0)
-            if problem is not None:
-                raise ValueError(problem if step == 0 else f"step {step}: {problem}")
+        texts = _input_texts(program, inputs, script)
         seed = random.SystemRandom().randrange(1 << 32) if seed is None else seed
         law = drawing_of(program, hold, laws_of(draw), texts[0])
         source = random.Random(seed)  # noqa: S311 - no secrets
         run = RandomRun(Execution(program), Script(texts), source, law=law, seed=seed)
         done = tuple(run.steps(steps, cycles))
-        endings: dict[Ending, bool] = {
-            "fault": run.fault is not None, "overflow": run.overflowed, "ended": run.ended, "steps": True,
-        }  # fmt: skip
-        ending = next(name for name, true in endings.items() if true)
         trace = Trace(run.initial, run.free, (), done, None, run.fault, period=program.period)
-        return SimulatedRun(trace, self.wrapped, seed, ending, run.visits.never)
+        return SimulatedRun(trace, self.wrapped, seed, _ending(run), run.visits.never)
 
     def run(
         self,
@@ -294,6 +286,7 @@ class Model:
         wants another value. WhiteboardError: the whiteboard cannot be served.
         """
         from llfsm_verify.api.running import start
+        from llfsm_verify.runtime.swapping.settings import RunSettings
 
         check_syntax(syntax)
         for what, number in (("cycles", cycles), ("priority", priority)):
@@ -305,13 +298,16 @@ class Model:
             raise ValueError("`rate` is from 0 to 1000000, and `cycle_ms` is a positive number")
         if set(stop_on) - {"overrun", "violation"} or processes not in ("thread", "separate", "together"):
             raise ValueError("`stop_on` has overrun and violation, and `processes` is thread, separate or together")
-        return start(
-            self.wrapped, properties, syntax,
-            inputs={name: value_text(value) for name, value in by_input("inputs", inputs).items()},
-            simulate=simulate, seed=seed, hold=hold, draw=laws_of(draw), cycles=cycles, rate=Fraction(str(rate)),
-            cycle_ms=None if cycle_ms is None else Fraction(str(cycle_ms)), whiteboard=whiteboard, record=record,
-            priority=priority, stop_on=tuple(stop_on), processes=processes,
+        texts = property_sources(properties)
+        settings = RunSettings(
+            simulated=simulate, cycle_ms=None if cycle_ms is None else Fraction(str(cycle_ms)),
+            held={name: value_text(value) for name, value in by_input("inputs", inputs).items()},
+            properties=parse_properties(texts, syntax, CHECKED), property_texts=texts, syntax=syntax,
+            rate=Fraction(str(rate)), seed=seed, hold=hold, draw=laws_of(draw), strict="overrun" in stop_on,
+            stops_on_violation="violation" in stop_on, record=record, whiteboard=whiteboard, priority=priority,
+            processes=processes,
         )  # fmt: skip
+        return start(self.wrapped, settings, cycles)
 
     def start(self, seed: int | None = None, *, hold: str | None = None, draw: Draw | None = None) -> Simulation:
         """A simulation to step through, by ringlets, cycles or millions of ringlets; see `Simulation`.
@@ -414,3 +410,25 @@ class Model:
         if graph is None:
             raise DiagnosticError(Diagnostic("E411", f"the run {done.sentence}", file=str(trace)))
         return graph
+
+
+def _input_texts(
+    program: Program, inputs: Mapping[str, Value] | None, script: Mapping[int, Mapping[str, Value]] | None
+) -> dict[int, dict[str, str]]:
+    """The values of inputs as users write them, by the step from which they hold; 0: from the beginning. TypeError,
+    ValueError."""
+    if not isinstance(script or {}, Mapping) or not all(isinstance(step, int) for step in script or {}):
+        raise TypeError(f"`script` is a mapping from the numbers of steps, not {script!r:.80}")
+    held = {0: by_input("inputs", inputs), **{k: by_input(f"script[{k}]", v) for k, v in (script or {}).items()}}
+    texts = {step: {name: value_text(value) for name, value in given.items()} for step, given in held.items()}
+    for step, given in texts.items():
+        problem = input_problem(program, given, later=step != 0)
+        if problem is not None:
+            raise ValueError(problem if step == 0 else f"step {step}: {problem}")
+    return texts
+
+
+def _ending(run: RandomRun) -> Ending:
+    if run.fault is not None:
+        return "fault"
+    return "overflow" if run.overflowed else "ended" if run.ended else "steps"

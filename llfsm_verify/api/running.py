@@ -10,25 +10,22 @@ import threading
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager, suppress
-from fractions import Fraction
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Self
 
-from llfsm_verify.api.properties import Properties, property_sources
 from llfsm_verify.api.traces import Value
 from llfsm_verify.arrangement.draft import Draft
 from llfsm_verify.arrangement.formats import Given, read_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.replacing import Change, NewPolicy, Replacement
-from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.runtime.launch import Launch, launched
 from llfsm_verify.runtime.live.run import RunReport
 from llfsm_verify.runtime.live.slots import slots_of
-from llfsm_verify.runtime.swapping.settings import Processes, RunSettings
+from llfsm_verify.runtime.swapping.settings import RunSettings
 from llfsm_verify.runtime.whiteboard.client import Replaced, WhiteboardError
 from llfsm_verify.runtime.whiteboard.places import NoPlace
 from llfsm_verify.runtime.whiteboard.server import Taken
@@ -294,42 +291,19 @@ def _draft_of(given: Arrangement) -> Draft | None:
     return draft if draft is not None and draft.digest == given.digest else None
 
 
-def start(
-    given: Arrangement,
-    properties: Properties,
-    syntax: str,
-    *,
-    inputs: Mapping[str, str],
-    simulate: bool,
-    seed: int | None,
-    hold: str | None,
-    draw: Mapping[str, str],
-    cycles: int | None,
-    cycle_ms: Fraction | None,
-    rate: Fraction,
-    whiteboard: str | None,
-    record: str | Path | None,
-    priority: int | None,
-    stop_on: tuple[str, ...],
-    processes: Processes,
-) -> LiveRun:
-    """`Model.run`, its options checked."""
-    sources = property_sources(properties)
-    lines = parse_properties(sources, syntax, CHECKED)
-    if (hold is not None or draw) and not simulate:
+def start(given: Arrangement, settings: RunSettings, cycles: int | None) -> LiveRun:
+    """`Model.run`, its options checked one by one. ValueError: some do not go together."""
+    if (settings.hold is not None or settings.draw) and not settings.simulated:
         raise ValueError("`hold` and `draw` say how `simulate` draws inputs")
-    seed = random.SystemRandom().randrange(1 << 32) if simulate and seed is None else seed
-    if record is not None and any(line.file is not None for line in lines):
+    recorded = settings.record is not None
+    if recorded and any(line.file is not None for line in settings.properties):
         raise ValueError("a recording keeps the texts of properties, and automata are in files of their own")
-    draft = _draft_of(given) if record is not None or given.replaceable or given.policy_users else None
-    if record is not None and draft is None:
+    draft = _draft_of(given) if recorded or given.replaceable or given.policy_users else None
+    if recorded and draft is None:
         raise ValueError("a recording keeps the texts of its arrangement, which must come from files")
-    settings = RunSettings(
-        simulated=simulate, cycle_ms=cycle_ms, held=inputs, properties=lines, property_texts=sources, syntax=syntax,
-        rate=rate, seed=seed if simulate else None, hold=hold, draw=draw, strict="overrun" in stop_on,
-        stops_on_violation="violation" in stop_on, record=record, sources=() if draft is None else draft.sources,
-        digest=given.digest, whiteboard=whiteboard, priority=priority, processes=processes,
-    )  # fmt: skip
+    seed = random.SystemRandom().randrange(1 << 32) if settings.seed is None else settings.seed
+    sources = () if draft is None else draft.sources
+    settings = replace(settings, seed=seed if settings.simulated else None, sources=sources, digest=given.digest)
     how = settings.plan(given)
     loop = settings.first(how, how.code(), rounds=-1 if cycles is None else cycles)
     return LiveRun(Launch(draft, settings, how, loop))

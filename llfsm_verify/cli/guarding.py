@@ -62,6 +62,19 @@ def guard_arguments(parser: Parser) -> None:
         "--for", dest="hold", metavar="TIME", type=_time, help="requested values count again after this time: 2s, 500ms"
     )
     add("--until", metavar="GUARD", help="requested values count again when this guard holds")
+    _outside(parser)
+    add("-o", "--output", metavar="FOLDER", help="write the files of the guarded arrangement there")
+    add("--no-proof", action="store_true", help="write the files without a proof")
+    engine(parser)
+    max_states(parser, "end a search after N configurations (default: 10^6)")
+    memory_and_timeout(parser, "end a search")
+    add("-q", "--quiet", action="store_true", help="verdicts only, without traces")
+    colour(parser)
+
+
+def _outside(parser: Parser) -> None:
+    """Of a guard outside."""
+    add = parser.add_argument
     repeatable(
         parser,
         "--outside",
@@ -76,13 +89,6 @@ def guard_arguments(parser: Parser) -> None:
         type=positive,
         help="for a guard outside: it commands in its Nth look at the violation (default: 1)",
     )
-    add("-o", "--output", metavar="FOLDER", help="write the files of the guarded arrangement there")
-    add("--no-proof", action="store_true", help="write the files without a proof")
-    engine(parser)
-    max_states(parser, "end a search after N configurations (default: 10^6)")
-    memory_and_timeout(parser, "end a search")
-    add("-q", "--quiet", action="store_true", help="verdicts only, without traces")
-    colour(parser)
 
 
 def _time(text: str) -> str:

@@ -10,8 +10,9 @@ from llfsm_verify.arrangement.draft import Draft
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.cli.outside import command, refuse_undeclared
-from llfsm_verify.cli.usage import usage
+from llfsm_verify.cli.usage import UsageError
 from llfsm_verify.diagnostics import Source, counted
+from llfsm_verify.guarding.orders import Order
 from llfsm_verify.guarding.outside import PROPERTIES, Watch, with_outside_guard
 from llfsm_verify.guarding.reaction_time import Pace, reaction
 from llfsm_verify.guarding.transform import Task
@@ -33,14 +34,7 @@ def outside(
 ) -> int:
     """Returns 0 when the bound is proved, 1 when it is violated, 4 when that is not known. DiagnosticError: something
     does not go with an outside guard."""
-    if options.fallback or options.guard or options.monitor or options.hold or options.until or options.react:
-        return usage(
-            "an outside guard gives commands: leave out --fallback, --react, --guard, --monitor, --for and --until"
-        )
-    try:
-        orders = [command(text) for text in options.outside]
-    except ValueError as wrong:
-        return usage(str(wrong))
+    orders = _orders(options)
     refuse_undeclared(orders, arrangement)
     pace = Pace(options.every or 1, options.looks or 1)
     made = with_outside_guard(draft, orders, pace, task, Path(options.output or folder))
@@ -53,6 +47,18 @@ def outside(
     if arrangement.environment is not None:
         print("note: the proof is without the model of the surroundings, so inputs have any values")
     return 0 if options.no_proof else _prove(options, made, worst.cycles)
+
+
+def _orders(options: Namespace) -> list[Order]:
+    """UsageError: one is not a command, or options of another guard are given."""
+    if options.fallback or options.guard or options.monitor or options.hold or options.until or options.react:
+        raise UsageError(
+            "an outside guard gives commands: leave out --fallback, --react, --guard, --monitor, --for and --until"
+        )
+    try:
+        return [command(text) for text in options.outside]
+    except ValueError as wrong:
+        raise UsageError(str(wrong)) from None
 
 
 def _pace(pace: Pace) -> str:

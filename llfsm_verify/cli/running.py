@@ -35,8 +35,16 @@ def run_arguments(parser: Parser) -> None:
         "exit codes: 0 stopped or ended by itself, 1 a fault, an overrun with --on-overrun stop, a port that "
         "stopped it, 2 wrong usage, 3 files wrong or unreadable, 4 a value left 64 bits",
     )
-    add = parser.add_argument
     arrangement(parser)
+    _world(parser)
+    _pace(parser)
+    _monitoring(parser)
+    _others(parser)
+
+
+def _world(parser: Parser) -> None:
+    """Where inputs come from."""
+    add = parser.add_argument
     add(
         "--simulate",
         action="store_true",
@@ -46,6 +54,11 @@ def run_arguments(parser: Parser) -> None:
     add("--inputs", metavar="TRACE", help="simulate with the inputs of a saved trace, step by step")
     held_inputs(parser)
     drawn_inputs(parser)
+    add("--ports", metavar="FILE", help="YAML: how inputs and outputs reach the world (see `llfsm schema ports`)")
+
+
+def _pace(parser: Parser) -> None:
+    add = parser.add_argument
     add(
         "--for",
         metavar="TIME",
@@ -67,6 +80,18 @@ def run_arguments(parser: Parser) -> None:
         default="report",
         help="what to do when a cycle begins a whole cycle late (default: %(default)s)",
     )
+    add("--priority", metavar="1-99", type=priority, help="ask the system for its first-in-first-out schedule")
+    add(
+        "--processes",
+        choices=("separate", "together"),
+        default="separate",
+        help="each process of the arrangement is one of the system, or one runs them all (default: %(default)s)",
+    )
+
+
+def _monitoring(parser: Parser) -> None:
+    """What is decided and said."""
+    add = parser.add_argument
     add("-q", "--quiet", action="store_true", help="print only how the run ended")
     repeatable(
         parser,
@@ -82,16 +107,14 @@ def run_arguments(parser: Parser) -> None:
         default="report",
         help="what to do when a monitored property is violated (default: %(default)s)",
     )
-    add("--priority", metavar="1-99", type=priority, help="ask the system for its first-in-first-out schedule")
-    add(
-        "--processes",
-        choices=("separate", "together"),
-        default="separate",
-        help="each process of the arrangement is one of the system, or one runs them all (default: %(default)s)",
-    )
-    add("--whiteboard", metavar="NAME", help="let others read its frames and post its inputs under this name")
-    add("--ports", metavar="FILE", help="YAML: how inputs and outputs reach the world (see `llfsm schema ports`)")
     add("--record", metavar="FILE", help="write a recording, for `llfsm replay`")
+    add("--panel", action="store_true", help="show states, slots and lateness while it runs, in a terminal")
+
+
+def _others(parser: Parser) -> None:
+    """What other processes see, and may change."""
+    add = parser.add_argument
+    add("--whiteboard", metavar="NAME", help="let others read its frames and post its inputs under this name")
     add(
         "--load-timeout",
         metavar="SECONDS",
@@ -107,7 +130,6 @@ def run_arguments(parser: Parser) -> None:
         help="the same for memory, such as 500M or 2G (default: 1G)",
     )
     add("--audit", metavar="LOG", help="append to this log what others ask over the whiteboard (see `llfsm audit`)")
-    add("--panel", action="store_true", help="show states, slots and lateness while it runs, in a terminal")
 
 
 def rate(text: str) -> Fraction:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
@@ -15,7 +15,7 @@ from llfsm_verify.cli.io.outputs import ready, ready_beside
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.opening import open_arrangement, refuse_two_inputs
 from llfsm_verify.cli.properties import COMMAND_LINE, chosen, told
-from llfsm_verify.cli.usage import usage
+from llfsm_verify.cli.usage import UsageError, usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, Span
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import Clock
@@ -42,22 +42,10 @@ def run(options: Namespace) -> int:
     DiagnosticError for wrong properties and files, and where a machine or table cannot be made (E430 to E436)."""
     if options.from_machine is not None:
         return _from_machine(options)
-    if not options.properties:
-        return usage("PROPERTY is missing, or --from-machine MACHINE (`llfsm monitor --help` says more)")
-    refuse_two_inputs(options.properties)
-    if options.shape != "machine" and (options.set or options.suspend):
-        return usage("--set and --suspend say what a machine does: they need --as machine")
+    _refuse_misuse(options)
     arrangement = None if options.arrangement is None else open_arrangement(options.arrangement)
     lines = _lines(options)
-    if arrangement is not None:
-        from llfsm_verify.checking.problem import refuse_hiding
-
-        refuse_hiding(arrangement, lines)
-    goals = told(chosen(lines, options.only), arrangement).goals
-    if not goals:
-        return usage("there is no property")
-    if options.shape != "text" and len(goals) > 1:
-        return usage(f"a {options.shape} is of one property: choose with --only {' or '.join(p.name for p in goals)}")
+    goals = _goals(options, lines, arrangement)
     if arrangement is not None:
         ready(arrangement, lines, options.output, (UNWRITABLE, UNWRITABLE), "the monitor")
     ready_beside(options.properties, options.output, UNWRITABLE, "the monitor")
@@ -75,6 +63,30 @@ def run(options: Namespace) -> int:
     if text:
         write_whole(text, options.output, UNWRITABLE, "the monitor")
     return code or (UNKNOWN if unknown else 0)
+
+
+def _refuse_misuse(options: Namespace) -> None:
+    """UsageError: options that do not go together."""
+    if not options.properties:
+        raise UsageError("PROPERTY is missing, or --from-machine MACHINE (`llfsm monitor --help` says more)")
+    refuse_two_inputs(options.properties)
+    if options.shape != "machine" and (options.set or options.suspend):
+        raise UsageError("--set and --suspend say what a machine does: they need --as machine")
+
+
+def _goals(options: Namespace, lines: PropertySet, arrangement: Arrangement | None) -> Sequence[Property]:
+    """The properties that are monitored. UsageError: there is none, or too many."""
+    if arrangement is not None:
+        from llfsm_verify.checking.problem import refuse_hiding
+
+        refuse_hiding(arrangement, lines)
+    goals = told(chosen(lines, options.only), arrangement).goals
+    if not goals:
+        raise UsageError("there is no property")
+    if options.shape != "text" and len(goals) > 1:
+        names = " or ".join(p.name for p in goals)
+        raise UsageError(f"a {options.shape} is of one property: choose with --only {names}")
+    return goals
 
 
 def _from_machine(options: Namespace) -> int:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 
 from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.decided import say_results
-from llfsm_verify.cli.usage import usage
+from llfsm_verify.cli.usage import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.runtime.live.codes import ABSENT
 from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError
@@ -17,7 +17,7 @@ from llfsm_verify.values import Shown, text
 
 
 def run(options: Namespace) -> int:
-    """Returns 0, or 2 for wrong usage; of properties 1 and 4, as `check-recording` does.
+    """Returns 0; of properties 1 and 4, as `check-recording` does. UsageError.
 
     DiagnosticError (E486): no such whiteboard or slot, or a value is refused.
     """
@@ -26,28 +26,32 @@ def run(options: Namespace) -> int:
             _list()
             return 0
         with Whiteboard(options.name) as board:
-            if options.asked == "post":
-                return _post(board, options.values)
-            wanted = options.slots or [slot.name for slot in board.slots]
-            known = {slot.name for slot in board.slots}
-            unknown = next((name for name in wanted if name not in known), None)
-            if unknown is not None:
-                raise _absent(
-                    f"there is no slot `{unknown}` on `{options.name}`", f"there are {', '.join(sorted(known))}"
-                )
-            if options.asked == "watch" and (options.monitor or options.property):
-                return _monitor(board, options)
-            if options.asked == "watch" and (options.commands or options.posts or options.every):
-                return usage("--command, --post and --every are for properties: give one with -p or --monitor")
-            if options.asked == "get":
-                view = board.view()
-                _print({name: view.values[name] for name in wanted})
-                return 0
-            return _watch(board, wanted)
+            return _asked(board, options)
     except PostRefused as refused:
         raise _absent(str(refused)) from None
     except (WhiteboardError, NoPlace) as error:
         raise _absent(str(error), "`llfsm whiteboard list` says what there is") from None
+
+
+def _asked(board: Whiteboard, options: Namespace) -> int:
+    """What is asked of one whiteboard; UsageError."""
+    if options.asked == "post":
+        board.post(**assignments("post", options.values))
+        return 0
+    known = [slot.name for slot in board.slots]
+    wanted = options.slots or known
+    unknown = next((name for name in wanted if name not in known), None)
+    if unknown is not None:
+        raise _absent(f"there is no slot `{unknown}` on `{options.name}`", f"there are {', '.join(sorted(known))}")
+    if options.asked == "get":
+        values = board.view().values
+        _print({name: values[name] for name in wanted})
+        return 0
+    if options.monitor or options.property:
+        return _monitor(board, options)
+    if options.commands or options.posts or options.every:
+        raise UsageError("--command, --post and --every are for properties: give one with -p or --monitor")
+    return _watch(board, wanted)
 
 
 def _list() -> None:
@@ -58,11 +62,6 @@ def _list() -> None:
                 print(f"{name}: frame {view.number:,}, {view.age:.3f} s old, {view.ending}, {len(board.slots)} slots")
         except WhiteboardError as error:
             print(f"{name}: {error}")
-
-
-def _post(board: Whiteboard, given: Iterable[str]) -> int:
-    board.post(**assignments("post", given))
-    return 0
 
 
 def _watch(board: Whiteboard, wanted: list[str]) -> int:
@@ -88,13 +87,13 @@ def _monitor(board: Whiteboard, options: Namespace) -> int:
     from llfsm_verify.runtime.deciding.frames import FrameMonitors
 
     if options.arrangement is None:
-        return usage("properties speak of an arrangement: name the one that runs with --arrangement FILE")
+        raise UsageError("properties speak of an arrangement: name the one that runs with --arrangement FILE")
     if options.slots:
-        return usage("properties are decided on whole frames: leave out the slots")
+        raise UsageError("properties are decided on whole frames: leave out the slots")
     try:
         orders = orders_of(options)
     except ValueError as wrong:
-        return usage(str(wrong))
+        raise UsageError(str(wrong)) from None
     lines = read_properties(Namespace(**{**vars(options), "properties": options.monitor}), CHECKED)
     arrangement = load_arrangement(options.arrangement)
     monitors = FrameMonitors(arrangement, told(lines, arrangement), board.slots)
