@@ -82,6 +82,9 @@ def _create(path: Path) -> tuple[BinaryIO, Path]:
             return name.open("xb"), name
         except FileExistsError:
             continue  # left by a process that was killed, and had our number
+        except OSError as error:
+            error.filename = str(path)  # nobody has heard of the other name
+            raise
     raise AssertionError("names do not end")
 
 

@@ -32,12 +32,12 @@ class LimitReached(Exception):
     """A limit has been reached; the message says which, in a sentence."""
 
 
-Counted = Literal["configurations", "steps", "units of work on classes of inputs"]
+Counted = Literal["configurations", "steps", "work"]
 
 
 def reached(most: int, what: Counted) -> str:
-    """What is said when there are more than so many."""
-    return f"the limit of {most:,} {what} was reached"
+    """What is said when there are more than so many; `work`: units of Z3's, on classes of inputs."""
+    return f"the limit of {most:,} {'units of work on classes of inputs' if what == 'work' else what} was reached"
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from decimal import Decimal
 from pathlib import Path
 
-from llfsm_verify.api.model import Model
+from llfsm_verify.api.model import Model, with_files
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.arrangement.model import ACTION_KINDS
 
@@ -127,7 +128,7 @@ def build(
     seen: set[int] = set()
     for key, value in given.items():
         _look_through(key, value, seen)
-    return Model(build_arrangement(given), given)
+    return Model(build_arrangement(given), with_files(given, os.path.abspath))
 
 
 # ---------------------------------------------------------------- from definitions to the shape of files

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import random
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -17,6 +17,7 @@ from llfsm_verify.api.options import (
     Draw,
     LimitOptions,
     QueryOptions,
+    by_input,
     check_options,
     checked,
     is_count,
@@ -86,13 +87,27 @@ def replay(path: str | Path, model: Model | None = None) -> ReplayOutcome | Reco
     return ReplayOutcome(replay_file(str(path), instead, found))
 
 
+def with_files(document: Mapping[str, object], name: Callable[[str], str]) -> dict[str, object]:
+    """An arrangement in the shape of a file, in which machine files have other names."""
+
+    def named(entry: object) -> object:
+        if not isinstance(entry, Mapping) or not isinstance(entry.get("file"), str | Path):
+            return entry
+        return {**entry, "file": name(str(entry["file"]))}
+
+    machines = document["machines"]
+    assert isinstance(machines, Mapping)
+    found = {key: named(value) for key, value in document.items()}
+    return found | {"machines": {key: named(entry) for key, entry in machines.items()}}
+
+
 @dataclass(frozen=True, slots=True, repr=False)
 class Model:
     """An arrangement: what `load` and `build` give. `wrapped` is the value inside, which is private."""
 
     wrapped: Arrangement
     _document: Mapping[str, object] | None = field(default=None, compare=False)
-    """What `build` made it of."""
+    """What `build` made it of, with absolute paths."""
 
     def write(self, path: str | Path) -> None:
         """Write an arrangement of `build` as a YAML file. Machine files are named from where it lies.
@@ -103,15 +118,8 @@ class Model:
             raise ValueError(f"`{self.name}` comes from {self.path} already")
         from llfsm_verify.arrangement.formats.yaml.writing import to_yaml
 
-        def named(entry: object) -> object:
-            if not isinstance(entry, Mapping) or not isinstance(entry.get("file"), str | Path):
-                return entry
-            return {**entry, "file": os.path.relpath(str(entry["file"]), Path(path).resolve().parent)}
-
-        document = {key: named(value) for key, value in self._document.items()}
-        machines = document["machines"]
-        assert isinstance(machines, Mapping)
-        document["machines"] = {name: named(entry) for name, entry in machines.items()}
+        folder = Path(path).resolve().parent
+        document = with_files(self._document, lambda file: os.path.relpath(file, folder))
         with replacing(Path(path)) as file:
             file.write(to_yaml(document).encode())
 
@@ -234,22 +242,24 @@ class Model:
         if steps is not None and cycles is not None:
             raise ValueError("a run has so many `steps` or so many `cycles`, not both")
         program = lower(self.wrapped, keep_all_bits=True)
-        held = {0: dict(inputs or {}), **{step: dict(given) for step, given in (script or {}).items()}}
+        if not isinstance(script or {}, Mapping) or not all(isinstance(step, int) for step in script or {}):
+            raise TypeError(f"`script` is a mapping from the numbers of steps, not {script!r:.80}")
+        held = {0: by_input("inputs", inputs), **{k: by_input(f"script[{k}]", v) for k, v in (script or {}).items()}}
         texts = {step: {name: value_text(value) for name, value in given.items()} for step, given in held.items()}
         for step, given in texts.items():
-            problem = input_problem(program, given)
+            problem = input_problem(program, given, later=step != 0)
             if problem is not None:
                 raise ValueError(problem if step == 0 else f"step {step}: {problem}")
         seed = random.SystemRandom().randrange(1 << 32) if seed is None else seed
         law = drawing_of(program, hold, laws_of(draw), texts[0])
         source = random.Random(seed)  # noqa: S311 - no secrets
-        run = RandomRun(Execution(program), Script(texts), source, law=law)
+        run = RandomRun(Execution(program), Script(texts), source, law=law, seed=seed)
         done = tuple(run.steps(steps, cycles))
         endings: dict[Ending, bool] = {
             "fault": run.fault is not None, "overflow": run.overflowed, "ended": run.ended, "steps": True,
         }  # fmt: skip
         ending = next(name for name, true in endings.items() if true)
-        trace = Trace(run.initial, (), (), done, None, run.fault, period=program.period)
+        trace = Trace(run.initial, run.free, (), done, None, run.fault, period=program.period)
         return SimulatedRun(trace, self.wrapped, seed, ending, run.visits.never)
 
     def run(
@@ -296,7 +306,8 @@ class Model:
         if set(stop_on) - {"overrun", "violation"} or processes not in ("thread", "separate", "together"):
             raise ValueError("`stop_on` has overrun and violation, and `processes` is thread, separate or together")
         return start(
-            self.wrapped, properties, syntax, inputs={name: value_text(v) for name, v in (inputs or {}).items()},
+            self.wrapped, properties, syntax,
+            inputs={name: value_text(value) for name, value in by_input("inputs", inputs).items()},
             simulate=simulate, seed=seed, hold=hold, draw=laws_of(draw), cycles=cycles, rate=Fraction(str(rate)),
             cycle_ms=None if cycle_ms is None else Fraction(str(cycle_ms)), whiteboard=whiteboard, record=record,
             priority=priority, stop_on=tuple(stop_on), processes=processes,

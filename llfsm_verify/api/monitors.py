@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from llfsm_verify.api.options import Draw, laws_of
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.checking.doubts import doubts
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic import codes
@@ -92,6 +93,8 @@ class MonitorSet:
     _arrangement: Arrangement
     _atoms: tuple[Observed, ...]
     _monitors: tuple[PropertyMonitor, ...]
+    warnings: tuple[Diagnostic, ...] = ()
+    """What may be meant otherwise in the properties, such as a formula that lacks `G`."""
 
     def __iter__(self) -> Iterator[PropertyMonitor]:
         return iter(self._monitors)
@@ -153,4 +156,4 @@ def monitors_of(arrangement: Arrangement, properties: PropertySet) -> MonitorSet
             made.append(PropertyMonitor(monitor_properties(line, properties.assumptions, timing)))
         except AutomatonTooLarge as limit:
             raise DiagnosticError(Diagnostic(codes.LIMIT, f"unknown: {limit}", line.span)) from None
-    return MonitorSet(arrangement, problem.atoms, tuple(made))
+    return MonitorSet(arrangement, problem.atoms, tuple(made), doubts(arrangement, properties))

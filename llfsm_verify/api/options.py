@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
-from typing import TypedDict, cast, get_args
+from typing import TypedDict, TypeVar, cast, get_args
 
 from llfsm_verify.checking.verdict import EarlyVerdict, Options, Progress
 from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions, When
@@ -16,6 +16,7 @@ from llfsm_verify.registry import meant
 from llfsm_verify.values import Shown, text
 from llfsm_verify.verification.engines import ENGINES, WRITTEN
 
+T = TypeVar("T")
 Draw = Mapping[str, float | Mapping[Shown, float]]
 """By input: the probability that it is true, or those of its values."""
 
@@ -223,11 +224,19 @@ def _check_engine(given: Given, engine: str) -> None:
 
 
 def laws_of(draw: Draw | None) -> dict[str, str]:
-    """What `draw` says, as users write it."""
+    """What `draw` says, as users write it. TypeError: it says nothing of the kind."""
     return {
         name: ",".join(f"{value_text(value)}:{p}" for value, p in law.items()) if isinstance(law, Mapping) else str(law)
-        for name, law in (draw or {}).items()
+        for name, law in by_input("draw", draw).items()
     }
+
+
+def by_input(what: str, given: Mapping[str, T] | None) -> Mapping[str, T]:
+    """What an argument says of inputs. TypeError: it is no mapping, or one from something else than names."""
+    found = {} if given is None else given
+    if not isinstance(found, Mapping) or not all(isinstance(name, str) for name in found):
+        raise TypeError(f"`{what}` is a mapping from the names of inputs, not {found!r:.80}")
+    return found
 
 
 def value_text(value: Shown) -> str:

@@ -52,7 +52,12 @@ _NO_KEY = {
 }
 
 
-_SHAPES = {"a transition": "write `{when: …, to: STATE}`", "a state": "write `name: STATE`, and its other keys below"}
+_SHAPES = {
+    "a transition": "write `{when: …, to: STATE}`",
+    "a state": "write `name: STATE`, and its other keys below",
+    "`machines`": "write `NAME: {file: NAME.machine.yaml}`, one per line",
+    **dict.fromkeys(("`whiteboard`", "`variables`"), "write `NAME: {type: TYPE}`, one per line"),
+}
 """How what is named is written, where that says more than that it has keys and values."""
 
 
@@ -83,7 +88,9 @@ class Report:
             return node
         hint = "write `[a, b]`, or one `- …` per line"
         if isinstance(node, Mapping):
-            hint = "write `- ` before each of them"
+            first = node.items[0][0].text[:60] if node.items else ""
+            named = what == "`states`" and "name" not in {key.text for key, _ in node.items}
+            hint = f"write `- name: {first}` for `{first}:`, and so on" if named else "write `- ` before each of them"
         elif isinstance(node, Scalar) and (words := re.findall(r"\w+", node.text[:200])):
             hint = f"write `[{', '.join(words)}]`"
         self.error("E031", f"{what} must be a list", mark(node), hint)
@@ -105,30 +112,30 @@ class Report:
             return None
         keys = tuple(known)
         found: dict[str, Node] = {}
+        joined: list[str] = []
         complete = True
         for key, value in mapping.items:
             if key.text in keys:
                 found[key.text] = value
                 continue
             last = list(found)[-1] if found else None
-            split = None if last is None else mapping.split((last, found[last]), key, value)
+            meant = _joined(key.text, keys)
+            joined += meant[:1]
+            split = None if last is None or meant else mapping.split((last, found[last]), key, value)
             if split is not None:
                 self.diagnostics.append(split)
                 complete = False
             else:
                 self.unknown_key(key, what, keys)
-        missing = [key_name for key_name in required if key_name not in found] if complete else []
-        for key_name in missing:
-            self.error("E034", f"{what} has no `{key_name}`", mark(node), f"write `{key_name}: …`")
-            complete = False
-        return found if complete else None
+        missing = [key_name for key_name in required if key_name not in found]
+        for key_name in missing if complete else ():
+            if key_name not in joined:
+                self.error("E034", f"{what} has no `{key_name}`", mark(node), f"write `{key_name}: …`")
+        return None if missing or not complete else found
 
     def unknown_key(self, key: Scalar, what: str, known: tuple[str, ...]) -> None:
-        first = key.text.split(":")[0].split(" ")[0]
         hint = next((f"write `{k}`" for k, words in _MEANT.items() if k in known and key.text in words.split()), None)
-        if first in known and first != key.text:
-            sign = key.text[len(first)]
-            hint = f"a blank is missing after `{first}:`" if sign == ":" else f"`:` is missing after `{first}`"
+        hint = f"write `{': '.join(meant).strip()[:80]}`" if (meant := _joined(key.text, known)) else hint
         hint = _LATER.get(key.text) or hint or (_NO_KEY.get(key.text) if "type" in known or "when" in known else None)
         hint = hint or did_you_mean(key.text, known) or f"known keys: {', '.join(known)}"
         self.error("E033", f"{what} has no key `{key.text[:60]}`", key.span, hint)
@@ -230,6 +237,12 @@ class Report:
         except DiagnosticError as e:
             self.add(e)
             return None
+
+
+def _joined(text: str, known: Iterable[str]) -> tuple[str, ...]:
+    """The key and the value of a text that has no `: ` between them."""
+    found = re.match(r"([a-z_]+)\s*[\s:=]\s*([^{[]*)", text)
+    return found.groups() if found is not None and found[1] in known else ()
 
 
 def is_name(node: Node) -> bool:

@@ -25,17 +25,19 @@ def doubts(arrangement: Arrangement | None, properties: PropertySet) -> tuple[Di
     arrangement comparisons with numbers that are never reached (W303). Of atoms that do not fit it nothing is said."""
     scope = None if arrangement is None else PropertyScope.of(arrangement)
     found: list[Diagnostic] = []
-    seen: set[str] = set()
+    fits: dict[str, bool] = {}
     for line in properties:
-        found += [] if line.doubt is None else [line.doubt]
+        at = len(found)
         for key, fragment in line.atoms.items():
-            if scope is None or key in seen or not _COMPARES.search(key):
+            if scope is None or key in fits or not (line.doubt or _COMPARES.search(key)):
                 continue
-            seen.add(key)
             try:
                 found.extend(_hopeless(check_atom(fragment, scope)))
+                fits[key] = True
             except DiagnosticError:
-                continue
+                fits[key] = False
+        if line.doubt is not None and all(fits.get(key, True) for key in line.atoms):
+            found.insert(at, line.doubt)
     once: dict[tuple[str, Span | None], Diagnostic] = {}
     for warning in found:  # the members of a family share their line
         once.setdefault((warning.code, warning.span), warning)

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from fractions import Fraction
 
 from llfsm_verify.limits import parse_size
-from llfsm_verify.runtime.stepping.duration import duration_ms
+from llfsm_verify.runtime.stepping.duration import duration_ms, excess
 
 PROPERTY_QUESTIONS = {
     "classify": "print the class (S G O R P T, B for S and G), a tab and the formula",
@@ -23,20 +23,23 @@ PROPERTY_QUESTIONS = {
 MONITORS = ("text", "machine", "table", "dot")
 SHELLS = ("bash", "zsh", "fish")
 
+DRAWN = "INPUT=P"
+"""How `--draw` is written."""
+
 LEAST_WIDTH = 20
 MOST = (1 << 63) - 1
 """The largest number that an option takes."""
 
 
-def assignments(option: str, items: Iterable[str], *, once: bool = False) -> dict[str, str]:
-    """Inputs with the texts of their values, from ``INPUT=VALUE``. ValueError: one is not written so, or (where each is
-    given at most `once`) given again."""
+def assignments(option: str, items: Iterable[str], form: str = "INPUT=VALUE") -> dict[str, str]:
+    """Inputs with the texts of their values, written in this `form`. ValueError: one is not written so, or is given
+    again."""
     found: dict[str, str] = {}
     for item in items:
         name, equals, text = item.partition("=")
         if not equals:
-            raise ValueError(f"{option} needs INPUT=VALUE, not `{item}`")
-        if once and name.strip() in found:
+            raise ValueError(f"{option} needs {form}, not `{item}`")
+        if name.strip() in found:
             raise ValueError(f"{option} gives `{name.strip()}` twice: leave one out")
         found[name.strip()] = text.strip()
     return found
@@ -90,5 +93,5 @@ def milliseconds(text: str) -> Fraction:
     """A positive time in milliseconds; a number without a unit is one of them."""
     value = duration_ms(text)
     if value is None:
-        raise ArgumentTypeError(f"{text[:40]!r} is not a positive time such as 500ms, 90s, 5min or 2h")
+        raise ArgumentTypeError(excess(text) or f"{text[:40]!r} is not a positive time such as 500ms, 90s, 5min or 2h")
     return value

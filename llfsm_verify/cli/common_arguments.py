@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentTypeError
 from typing import TYPE_CHECKING, Any
 
-from llfsm_verify.cli.argument_types import positive, property_text, seconds, size, width
+from llfsm_verify.cli.argument_types import DRAWN, positive, property_text, seconds, size, width
 from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.registry import Unregistered
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
@@ -31,10 +31,10 @@ def drawn_inputs(to: _ActionsContainer) -> None:
     to.add_argument(
         "--hold", metavar="TIME",
         help="for how long random inputs keep their values on average: 5s, 20cycles, or `none` (default: the longest "
-        "timer, at least 5 cycles)",
+        "timer, at most 60 s, and at least 5 cycles)",
     )  # fmt: skip
     repeatable(
-        to, "--draw", metavar="INPUT=P", text="the probability that an input is true, or speed=3:0.1,4:0.2 of values"
+        to, "--draw", metavar=DRAWN, text="the probability that an input is true, or speed=3:0.1,4:0.2 of values"
     )
 
 

@@ -156,13 +156,23 @@ class Panes(App[int]):
         self.call_after_refresh(self._follow)
         self.query_one("#where", Static).update(Text(self._session.where()))
 
-    def _follow(self) -> None:
-        """Let panes about the present step show it: `steps` ends with it. Others stay where somebody scrolled them."""
+    def _follow(self, still: int = 0) -> None:
+        """Let panes about the present step show it: `steps` ends with it. Others stay where somebody scrolled them.
+
+        A scroll bar that comes takes room, so lines are wrapped anew: it is shown when `still` is two refreshes.
+        """
+        moved = False
         for name, at_end in FOLLOWING.items():
             pane = self.query_one(f"#{name}").parent
             assert isinstance(pane, VerticalScroll), "each of them has its own"
-            pane.scroll_to(y=pane.max_scroll_y if at_end else 0, animate=False)
-        self.is_shown = True
+            place = pane.max_scroll_y if at_end else 0
+            if pane.scroll_y != place:
+                pane.scroll_to(y=place, animate=False)
+                moved = True
+        still = 0 if moved else still + 1
+        self.is_shown = still == 2
+        if not self.is_shown:
+            self.call_after_refresh(self._follow, still)
 
     def _tell(self, told: str | Text) -> None:
         self.query_one("#told", Static).update(Text(told) if isinstance(told, str) else told)

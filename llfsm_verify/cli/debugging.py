@@ -17,7 +17,8 @@ from llfsm_verify.runtime.debugging.paths import Path as Walked
 from llfsm_verify.runtime.debugging.session import Driven, Session
 from llfsm_verify.runtime.debugging.start import Start
 from llfsm_verify.runtime.live.codes import ABSENT
-from llfsm_verify.runtime.stepping.drawing import drawing_of
+from llfsm_verify.runtime.stepping.drawing import drawing_of, free_values
+from llfsm_verify.semantics.lowering import lower
 
 _TRACE = re.compile(rb"^trace[ \t]*:", re.MULTILINE)
 _HEAD_BYTES = 1 << 16
@@ -42,14 +43,14 @@ def opened(options: Namespace, left: ExitStack) -> Driven:
         return _traced(options)
     arrangement = load_arrangement(path)
 
-    def free(execution: Execution) -> Walked:
-        return Free(
-            execution,
-            options.seed,
-            drawing_of(execution.program, options.hold, options.draw),
-        )
+    program = lower(arrangement, keep_all_bits=True)
+    law = drawing_of(program, options.hold, options.draw)
 
-    return Session(Debugger(arrangement, free, most=options.history))
+    def free(execution: Execution) -> Walked:
+        return Free(execution, options.seed, law)
+
+    start = Start(tuple(free_values(program, {}, law, options.seed).items()))
+    return Session(Debugger(arrangement, free, start, options.history))
 
 
 def _exists(path: str) -> bool:

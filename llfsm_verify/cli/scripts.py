@@ -52,7 +52,7 @@ def read_script(path: str, program: Program, held: Mapping[str, str]) -> Script:
         if time is not None and program.period is None:
             report.error("E408", f"`{key.text}` is a time, and the arrangement has none", mark(key), "count steps")
             continue
-        values = _values(report, program, value)
+        values = _values(report, program, value, later=key.text != "0" and time != 0)
         if time is None:
             steps.setdefault(int(key.text), {}).update(values)
         else:
@@ -68,14 +68,14 @@ def _time(key: Scalar) -> Fraction | None:
     return duration_ms(key.text) if key.text[-1:].isalpha() else None
 
 
-def _values(report: Report, program: Program, node: Node) -> dict[str, str]:
+def _values(report: Report, program: Program, node: Node, *, later: bool) -> dict[str, str]:
     found: dict[str, str] = {}
     inputs = report.mapping(node, "the inputs of a step")
     for name, value in inputs.items if inputs is not None else ():
         scalar = report.scalar(value, f"the value of `{name.text}`")
         if scalar is None:
             continue
-        problem = input_problem(program, {name.text: scalar.text})
+        problem = input_problem(program, {name.text: scalar.text}, later=later)
         if problem is not None:
             report.diagnostics.append(Diagnostic("E409", problem, mark(name)))
         found[name.text] = scalar.text

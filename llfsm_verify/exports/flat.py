@@ -46,6 +46,8 @@ class Specification:
     assumptions: tuple[tuple[str, Formula], ...] = ()
     declared: Mapping[str, Span] = field(default_factory=dict)
     """Where the variables are declared, by their names."""
+    numbers: Mapping[int, Span] = field(default_factory=dict)
+    """Where the numbers are written."""
 
     @property
     def observed(self) -> bool:
@@ -260,6 +262,11 @@ def _place(flat: Flat, name: str) -> Span | None:
 
 
 def _too_wide(node: Expr, flat: Flat) -> Diagnostic:
+    written = flat.specification.numbers
+    for n in nodes(node):
+        if isinstance(n, Const) and not fits(n.type) and n.value in written:
+            message = f"`{written[n.value].text}` does not fit into the 32-bit integers of this format"
+            return Diagnostic("E421", message, written[n.value], hint="write a number of 32 bits")
     names = sorted({n.var for n in nodes(node) if isinstance(n, Get)})
     of = f" of {', '.join(f'`{n}`' for n in names)}" if names else ""
     return Diagnostic(

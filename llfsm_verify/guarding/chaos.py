@@ -1,4 +1,10 @@
-"""Chaos: a machine that stands for any other with the same states, as far as others can tell."""
+"""Chaos: a machine that stands for any other with the same states, as far as others can tell.
+
+In each turn it writes any value to every variable that `access` lets the machine write and that others read, gives any
+commands that the machine may give, and goes to any of its states. It finishes where the machine can, and faults where
+a fault unloads the machine. It also reads those inputs of the properties that a machine before it has read, because a
+letter shows the last sample of a cycle. If no other machine asks for the machine's state, chaos has one state.
+"""
 
 from __future__ import annotations
 

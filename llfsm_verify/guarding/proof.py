@@ -162,8 +162,7 @@ def _fault_reason(guarded: Guarded, finding: FaultFinding, what: str) -> str:
     when = f"while `{names.alarm}` is set" if alarmed else "when the guarded machines do anything"
     place = f"({site.code}{'' if site.span is None else f', {site.span}'}) {when}"
     if site.code == SURROUNDINGS["F001"]:
-        variable = site.message.partition(": ")[2].partition(" is declared ")[0]
-        return f"the model of the surroundings leaves the range of `{variable}` {place}: clamp it there"
+        return f"the model of the surroundings leaves the range of `{site.variable}` {place}: clamp it there"
     if site.code in SURROUNDINGS.values():
         return f"the model of the surroundings ends the run in a fault {place}: correct the model"
     mend = f"correct the {what}" if alarmed and last == names.switch else f"correct `{last}`, or guard it as well"

@@ -2,19 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from llfsm_verify.backends.native.executor import Edge
 from llfsm_verify.backends.native.layout import WORD_BYTES, BitField, Layout
 from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.program.moves import Move
-from llfsm_verify.program.program import Program
+from llfsm_verify.program.program import Atom, Program
+from llfsm_verify.values import Value
 
 
 def observed_outputs(program: Program) -> tuple[tuple[str, str], ...]:
     """What letters show, as (name, output variable): the atoms in order, then what fairness asks about."""
     fair = [name for f in program.fairness for name in (f.premise, f.goal) if name is not None]
     return (*((a.name, a.output) for a in program.atoms), *((name, name) for name in fair))
+
+
+class AtomOverflow(OverflowError):
+    """An atom leaves 64 bits."""
+
+    def __init__(self, atom: str) -> None:
+        super().__init__(f"`{atom}` leaves 64 bits")
+        self.atom = atom
+
+
+def atoms_at(atoms: Iterable[Atom], values: Mapping[str, Value], inputs: Mapping[str, int]) -> dict[str, bool]:
+    """Which atoms are true where variables and locals have these values. Raises AtomOverflow."""
+    found = {}
+    for atom in atoms:
+        try:
+            found[atom.name] = bool(evaluate(atom.expression, values, inputs))
+        except OverflowError:
+            raise AtomOverflow(atom.name) from None
+    return found
+
+
+def initial_atoms(program: Program, layout: Layout, record: bytes) -> dict[str, bool]:
+    """The atoms over an initial configuration, with inputs at their `init`. Raises AtomOverflow."""
+    outputs = {v.name: v.init for v in program.vars if v.output}
+    inputs = {f"input:{i.name}": i.init for i in program.inputs}
+    return atoms_at(program.atoms, layout.decode(record) | outputs, inputs)
 
 
 def move_of(program: Program, edge: Edge) -> Move:
@@ -57,11 +84,9 @@ class Observer:
         return letter
 
     def first_letter(self, record: bytes) -> int:
-        """Atoms over an initial configuration, with inputs at their `init`. Raises OverflowError."""
-        outputs = {v.name: v.init for v in self._program.vars if v.output}
-        values = self._layout.decode(record) | outputs
-        inputs = {f"input:{i.name}": i.init for i in self._program.inputs}
-        return sum(1 << i for i, a in enumerate(self._program.atoms) if evaluate(a.expression, values, inputs))
+        """Those of `initial_atoms`. Raises AtomOverflow."""
+        atoms = initial_atoms(self._program, self._layout, record)
+        return sum(1 << i for i, holds in enumerate(atoms.values()) if holds)
 
     def ends_cycle(self, record: bytes) -> bool:
         """Whether the step that led to a record completed a cycle."""

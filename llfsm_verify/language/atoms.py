@@ -33,6 +33,7 @@ OBSERVATIONS = ("ran", "entered", "suspended", "loaded", "finished")
 _Observation = OneOf["ran", "entered", "suspended", "loaded", "finished"]
 MACHINE_FUNCTIONS = ("fired", "entered", "sampled", "read")
 """What it may ask by a word with arguments: `m.fired(STATE, 0)`, `m.entered(STATE)`, `m.sampled(x)`, `m.read(x)`."""
+_COMPARED = re.compile(r"\s*([=!]=)\s*(?:\w+(?:\.|@|::))?(\w+)")
 EDGES = ("rose", "fell", "changed")
 PROPERTY_FUNCTIONS = (
     "abs",
@@ -190,7 +191,9 @@ class AtomChecker(ExpressionChecker):
     def _of_machine(self, node: syntax.Path, view: MachineView) -> typed.Expression:
         machine = view.signature.name
         if not node.steps:
-            hint = f"write `{machine}@STATE`, `{machine}.ran` or `{machine}.VARIABLE`"
+            hint = (
+                self._state_compared(node, view) or f"write `{machine}@STATE`, `{machine}.ran` or `{machine}.VARIABLE`"
+            )
             raise self.fail("E148", f"`{machine}` is a machine and has no value", node, hint)
         first, *rest = node.steps
         if isinstance(first, syntax.Subscript):
@@ -229,13 +232,20 @@ class AtomChecker(ExpressionChecker):
             else:
                 own = machine == self.properties.surroundings
                 words = ("entered",) if own else tuple(dict.fromkeys((*OBSERVATIONS, *MACHINE_FUNCTIONS)))
-                near = member_meant(machine, name.text, (), PROPERTY_FUNCTIONS)
+                near = self._state_compared(node, view) or member_meant(machine, name.text, (), PROPERTY_FUNCTIONS)
                 near = near or did_you_mean(name.text, [*view.variables, *view.state_variables, *words])
                 known = list(dict.fromkeys([*list(view.variables)[:8], *words]))
                 hint = near or f"known here: {', '.join(f'`{n}`' for n in known)}"
             message = f"machine `{machine}` has no variable `{name.text}`"
             raise self.fail("E110", message, name, hint or None)
         return self.read(variable, node, tuple(rest))
+
+    def _state_compared(self, node: syntax.Path, view: MachineView) -> str | None:
+        """What to write where a machine, or what is meant to be its state, is compared with the name of a state."""
+        place, machine = self.span(node), view.signature.name
+        found = _COMPARED.match(place.source.text, place.end)
+        state = found is not None and found[2] in view.signature.states
+        return f"write `{'!' if found[1] == '!=' else ''}{machine}@{found[2]}`" if found and state else None
 
     def unknown(self, node: syntax.Path, enumerators: tuple[str, ...] = ()) -> DiagnosticError:
         near = [*self.properties.whiteboard, *enumerators, *self.scope.enumerators, "cycle", *self.properties.machines]

@@ -640,12 +640,20 @@ class ExpressionChecker:
         name = node.name.text
         if name in self.scope.machines:
             instead = f"compare its state with `{name}@STATE`, or share a variable on the whiteboard"
+            message = f"`{name}` is a machine, and others cannot read its variables"
             if node.steps and isinstance(node.steps[0], syntax.Member):
                 member, machine = node.steps[0].name.text, self.scope.machines[name]
-                own = f"write `{member}`" if name == "self" and member in self.visible() else None
-                instead = own or member_meant(name, member, machine.states, (*FUNCTIONS, *COMMANDS)) or instead
-            return self.fail("E148", f"`{name}` is a machine, and others cannot read its variables", node, instead)
-        hint = self.state_meant(name) or word_meant(name, known) or did_you_mean(name, known)
+                meant = member_meant(name, member, machine.states, (*FUNCTIONS, *COMMANDS))
+                known, shared = self.visible(), self.scope.variables.get(member)
+                if name in ("self", self.scope.self_name):
+                    message = f"`{name}` is this machine, and its variables are named without it"
+                    meant = meant or (f"write `{member}`" if member in known else did_you_mean(member, known))
+                elif shared is not None and shared.scope == "whiteboard":
+                    meant = meant or f"`{member}` is on the whiteboard: write `{member}`"
+                instead = meant or instead
+            return self.fail("E148", message, node, instead)
+        hint = self.state_meant(name) or word_meant(name, known)
+        hint = hint or (f"write `{CALLS[name]}`" if name in FUNCTIONS else did_you_mean(name, known))
         return self.fail("E110", f"there is no variable `{name}` here", node.name, hint)
 
     def state_meant(self, name: str) -> str | None:

@@ -19,6 +19,7 @@ _CHANCE = "read an input, which may have any value, or let the `environment` cho
 _SIZE = "the size never changes: write the number"
 _CLOCK = "`after(3)` asks whether the state has been active for more than 3 seconds"
 _OWN = "there are no functions of your own: write the statements out"
+_THROWN = "nothing is thrown or caught: ask before what may fail, as in `if (y != 0) x = 6 / y;`"
 _TEXT = "there are no texts: declare an enumeration under `types`"
 
 WORDS = {
@@ -35,8 +36,9 @@ WORDS = {
         "rose fell changed rising falling prev previous old last": _EDGE,
         "random rand randint": _CHANCE,
         "len size length": _SIZE,
-        "time now elapsed clock": _CLOCK,
-        "import include def function func fn class try": _OWN,
+        "time now elapsed clock after after_ms": _CLOCK,
+        "import include def function func fn class": _OWN,
+        "try catch except finally throw raise": _THROWN,
         "string str char text": _TEXT,
         "sum count any all": "go through the elements in an action: `for (i in 0..3) …`",
         "then": "leave out `then`: `if (…) x = 1;`",
@@ -60,6 +62,8 @@ WORDS = {
     for word in words.split()
 }
 """Names that stand for nothing here."""
+WAITING = dict.fromkeys(("after", "after_ms"), _WAIT)
+"""Functions that begin no statement."""
 
 PROPERTY_WORDS = {
     word: hint
@@ -75,6 +79,8 @@ PROPERTY_WORDS = {
         "TRUE True": "write `true`",
         "FALSE False": "write `false`",
         "state": "write `m@STATE`",
+        "initially init initial": "write `initially p` where `p` is to be true in the beginning",
+        "then next followed by": "in a rule write letters next to each other: `a b`",
     }.items()
     for word in words.split()
 }
@@ -94,6 +100,10 @@ def member_meant(machine: str, member: str, states: tuple[str, ...], functions: 
     return None if called is None else f"write `{called}({machine})`"
 
 
+_TIME = r"(\d[\d.]*)\s*(?:ms|msecs?|milliseconds?|s|secs?|seconds?|min|minutes?|h|hours?)\b"
+_NO_UNIT = {rf"[=<>+*/%?:-]\s*{_TIME}": r"a number has no unit: write `\1`; `after(3)` counts seconds"}
+_BEHIND = r"(?<=[\w)\]])(?<!\band)(?<!\bor)(?<!\bnot)"
+_LASTING = r"\b(?:for|since|during|within|until|every)\s+"
 _UNITS = {
     r"(\d[\d.]*)\s*(?:ms|msecs?|milliseconds?)\b": r"`after_ms` counts milliseconds: `after_ms(\1)`",
     r"(\d[\d.]*)\s*(?:s|secs?|seconds?)\b": r"`after` counts seconds: `after(\1)`",
@@ -119,8 +129,12 @@ IN_GUARDS = {
     r"\A\s*else\b": "write `true`: transitions are tried in their order",
     r"\A\s*[\[{]": "a guard is the condition alone: leave out the brackets",
     r";\s*\Z": "a guard is one condition: leave out `;`",
+    rf"{_LASTING}\d[\w.]*|\bin\s+{_TIME}":
+        "a state measures time: enter one when it begins, and leave it by `{when: after(3), to: STATE}`",
+    rf"{_BEHIND}\s+after\s*\(?\s*(\d[\d.]*)\s*m(?:s|illi)\w*": r"write `&& after_ms(\1)`",
+    rf"{_BEHIND}\s+(after(?:_ms)?)\s*\(?\s*(\d[\d.]*)(?![\d.]|\s*[mh])(?:\s*s\w*)?": r"write `&& \1(\2)`",
     r"\bin\s*[\[{(]|\bin\s+\d": "ask for each value: `x == A || x == B`",
-    **_UNITS, **_CALLS, **_INFIX, **_STATE,
+    **_NO_UNIT, **_UNITS, **_CALLS, **_INFIX, **_STATE,
     r"\A[^()]*,": "write `&&` or `||`",
 }  # fmt: skip
 IN_ACTIONS = {
@@ -131,6 +145,7 @@ IN_ACTIONS = {
     r"\bif\s*\([^;{}]*\)\s*(?:&&|\|\||and\b|or\b)": "put the whole condition into brackets: `if ((…) && (…)) …`",
     r"\bif\s*\((?:[^;{}():]|\([^;{}()]*\))*?[^=!<>]=(?!=)": "write `==` to compare",
     r"\)\s*then\b\s*\{?": "leave out `then`",
+    rf"{_LASTING}{_TIME}|(?:\A|[;{{}}]|{_BEHIND})\s*\bafter(?:_ms)?\s+\d[\w.]*": _WAIT,
     r"\bfor\s+(\w+)\s+in\s+(\w+\s*\.\.\s*\w+)": r"write `for (\1 in \2) …`",
     r"\bfor\s+(?!\()\w*|\bfor\s*\(\s*\w+\s+(?:in\b(?!\s*[\w.+-]+?\s*\.\.)|\w+\s*:)[^;{}]*": "write `for (i in 0..3) …`",
     r"\bafter(?:_ms)?\s*\([^;{}()]*\)\s*\w*": "write `if (after(3)) …`",
@@ -138,7 +153,7 @@ IN_ACTIONS = {
     r"\bthis\s*->": "write the name of the variable alone",
     r"=\s*[\[{]": "write the elements one by one: `x[0] = 1;`",
     r"(?<![=!<>])=(?!=)[^=;{}]*(?:&&|\band\b|,)\s*[\w.\[\]]+\s*=": "write `;` between two assignments",
-    **_UNITS, **_CALLS, **_INFIX,
+    **_NO_UNIT, **_UNITS, **_CALLS, **_INFIX,
 }  # fmt: skip
 
 
@@ -146,4 +161,4 @@ def statement_word(text: str, at: int) -> str | None:
     """What to say of the first word of the statement in which the character `at` is."""
     start = max(text.rfind(sign, 0, at) for sign in ";{}") + 1
     first = re.match(r"\s*(\w+)", text[start : at + 60])
-    return None if first is None else WORDS.get(first[1])
+    return None if first is None else WAITING.get(first[1], WORDS.get(first[1]))

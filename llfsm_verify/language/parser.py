@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from decimal import Decimal
 from functools import cache, lru_cache
+from itertools import takewhile
 from typing import cast
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, meant_at
@@ -83,12 +86,10 @@ def _unknown_character(fragment: Fragment, at: int) -> Diagnostic:
 
 def _unexpected(fragment: Fragment, token: Token, expected: frozenset[str], start: str) -> Diagnostic:
     text = fragment.text
+    before = max((each.end for each in _before(token, text)), default=0)
+    at, span = token.start, fragment.span(token.start, token.end)
     if token.type == END:
-        at = len(text.rstrip())
-        span = fragment.span(max(0, at - 1), at)
-    else:
-        at = token.start
-        span = fragment.span(at, token.end)
+        at, span = before, fragment.span(max(0, before - 1), before)
     slip = _slip(text, at)
     if slip is not None:
         start_of, end_of, instead = slip
@@ -117,7 +118,7 @@ def _unexpected(fragment: Fragment, token: Token, expected: frozenset[str], star
     if brackets is not None:
         wrong, message, instead = brackets
         return Diagnostic("E101", message, fragment.span(wrong.start, wrong.end), hint=instead)
-    ended = token.type in (END, "RBRACE", "IF", "FOR", "ELSE") or _on_a_later_line(text, at)
+    ended = token.type in (END, "RBRACE", "IF", "FOR", "ELSE") or "\n" in text[before:at]
     if (
         start == "actions"
         and not habit
@@ -125,7 +126,6 @@ def _unexpected(fragment: Fragment, token: Token, expected: frozenset[str], star
         and "IF" not in expected
         and (ended or _begins_statement(text, at))
     ):
-        before = len(text[:at].rstrip())
         return Diagnostic(
             "E103", "`;` is missing after this statement", fragment.span(max(0, before - 1), before), hint="write `;`"
         )
@@ -146,7 +146,11 @@ def _unexpected(fragment: Fragment, token: Token, expected: frozenset[str], star
         whole = fragment.span(start_of_number, token.end)
         instead = habit or "write digits, such as 12 or 0.5, or 0x and hexadecimal digits"
         if re.fullmatch(r"[0-9.]+[eE][0-9]*", whole.text):
+            number = re.match(r"[0-9]+(?:\.[0-9]+)?[eE][+-]?(?:[12]?[0-9]|30)(?!\w)", text[start_of_number:])
             instead = "write it without an exponent, such as 0.001"
+            if number is not None:
+                whole = fragment.span(start_of_number, start_of_number + number.end())
+                instead = f"write `{Decimal(number[0]):f}`"
         return Diagnostic("E134", f"`{whole.text}` is not a number", whole, hint=instead)
     return Diagnostic("E101", f"unexpected `{token.text}`", span, hint=hint)
 
@@ -200,8 +204,9 @@ def _slip(text: str, at: int) -> tuple[int, int, str] | None:
     return None
 
 
-def _on_a_later_line(text: str, at: int) -> bool:
-    return "\n" in text[len(text[:at].rstrip()) : at]
+def _before(token: Token, text: str) -> Iterator[Token]:
+    """The tokens of `text` before this one; comments are none."""
+    return takewhile(lambda each: each.start < token.start, _parser().tokens(text))
 
 
 _BRACKETS = {"LPAR": "RPAR", "LSQB": "RSQB", "LBRACE": "RBRACE"}
@@ -211,9 +216,7 @@ _SIGNS = {"LPAR": ")", "LSQB": "]", "LBRACE": "}"}
 def _unmatched(text: str, token: Token) -> tuple[Token, str, str] | None:
     """The bracket that is wrong where `token` is not expected, what is wrong with it, and what to write."""
     opened: list[Token] = []
-    for each in _parser().tokens(text):
-        if each.start >= token.start:
-            break
+    for each in _before(token, text):
         if each.type in _BRACKETS:
             opened.append(each)
         elif each.type in _BRACKETS.values():

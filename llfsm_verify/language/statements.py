@@ -11,7 +11,7 @@ from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.codes import HINTS
 from llfsm_verify.language.constants import evaluate
 from llfsm_verify.language.expressions import INT, ROUNDED, BitOp, ExpressionChecker, a_type
-from llfsm_verify.language.habits import member_meant, word_meant
+from llfsm_verify.language.habits import WAITING, member_meant, word_meant
 from llfsm_verify.language.limits import MAX_ITERATIONS, MAX_UNROLLED
 from llfsm_verify.language.scope import (
     CALLS,
@@ -392,7 +392,7 @@ class ActionChecker(ExpressionChecker):
                 near = word_meant(name, COMMANDS) or did_you_mean(name, COMMANDS)
                 known = f"commands are {', '.join(f'`{c}`' for c in COMMANDS)}"
                 raise self.fail("E113", f"there is no command `{name}`", node.function, near or known)
-            steps, meant = node.function.steps, None
+            steps, meant = node.function.steps, WAITING.get(name)
             if len(steps) == 1 and isinstance(steps[0], syntax.Member) and name in self.scope.machines:
                 meant = member_meant(name, steps[0].name.text, (), COMMANDS)
             raise self.fail("E141", "a value alone does nothing", node, meant or "assign it, or use it in a condition")

@@ -107,7 +107,7 @@ MEANINGS: Final[dict[str, str]] = {
     REGULAR_EMPTY: "`forbid` of an expression that the empty word matches",
     REGULAR_NOTHING: "no sequence of letters matches a regular expression",
     UNKNOWN_SYNTAX: "`# syntax:` does not name a syntax",
-    FOREIGN: "words that do not fit together in the syntax of another tool",
+    FOREIGN: "words that do not fit together in the syntax of another tool, or a delay of one, such as `##1`",
     UNSAYABLE: "a formula has an operator that the syntax asked for lacks",
     WORD: "a text is not a valid word, such as `p0&!p1;cycle{p0}`",
     MIXTURE: "operators without parentheses that a tool's manual and its parser group differently",
@@ -121,5 +121,5 @@ MEANINGS: Final[dict[str, str]] = {
     LIMIT: "an answer about a formula is not known, because a limit was reached",
     INITIAL_ONLY: "a formula, or a part of one, stands under no temporal operator and does not say `initially`",
     NEVER_EQUAL: "a property compares a number with one that it can never be",
-    MISPLACED_SIGN: "a sign that has no meaning there (`?`, `:`, `{`, `}`)",
+    MISPLACED_SIGN: "a sign that has no meaning there (`?`, `:`, `{`, `}`, `--`)",
 }

@@ -21,6 +21,8 @@ _HEADER = re.compile(rf"(?:{_KIND}[ \t]+)?([A-Za-z_][A-Za-z0-9_-]*)[ \t]*:(?!=)"
 _KIND_WORD = re.compile(rf"{_KIND}\b")
 _TWO_WORDS = re.compile(r"([A-Za-z_]+)[ \t]+([A-Za-z_]+)(?:[ \t]+[A-Za-z_][A-Za-z0-9_-]*)?[ \t]*:(?!=)")
 
+_AFTER_NAME = (PREFIX - {"NOT"}) | {"ASSIGN", "LSQB", "LPAR"}
+"""What follows the name of a line where the colon is missing, rather than its first operand."""
 _GOES_ON = BINARY | PREFIX | {"COMMA", "DOT", "AT", "COLON", "QUESTION"}
 _GOES_ON_REGULAR = frozenset({"OR", "COLON", "COMMA"})
 """`*`, `+` and `?` end a regular expression."""
@@ -91,22 +93,22 @@ def read_line(text: Fragment, tokens: list[Token]) -> Line:
     if match is not None:
         kind, name = match[1], match[2]
         if kind is None and _KIND_WORD.fullmatch(name):
-            raise _nameless(text, first, name)
+            raise _nameless(text, tokens, name)
         if (kind, name.lower()) in (("forbid", "initially"), ("automaton", "never")):
             if not name.islower():
                 raise _misspelt(text, match.span(2), f"{kind} {name}", f"{kind} {name.lower()}")
-            raise _nameless(text, first, f"{kind} {name}")
+            raise _nameless(text, tokens, f"{kind} {name}")
         body = [t for t in tokens if t.start >= match.end()]
         if kind is None and body:
             _refuse_late_kind(text, name, body)
         written = cast(Kind, " ".join(kind.split()) if kind else "ltl")
         return Line(written, name, True, (match.start(), match.end(2)), Words(text, body))
-    _refuse_unknown_kind(text, first)
+    _refuse_unknown_kind(text, tokens)
     word = _KIND_WORD.match(text.text, first.start)
     if word is not None and first.type == "NAME":
         follows = tokens[len(word[1].split())] if len(tokens) > len(word[1].split()) else None
         if follows is None or follows.type not in BINARY - {"MINUS"} | {"DOT", "AT"}:
-            raise _nameless(text, first, " ".join(word[1].split()))
+            raise _nameless(text, tokens, " ".join(word[1].split()))
     _refuse_colon(text, tokens)
     line = text.span(first.start, last.end).line
     return Line("ltl", f"L{line}", False, (first.start, last.end), Words(text, tokens))
@@ -124,14 +126,21 @@ def _refuse_late_kind(text: Fragment, name: str, body: list[Token]) -> None:
     if [t.type for t in rest[:3]] in (["LSQB", "NUMBER", "RSQB"], ["LSQB", "MINUS", "NUMBER"]):
         return  # an element of an array of that name
     message = f"`{kind}` belongs before the name of a property"
-    hint = f"write `{kind} {name}: {Words(text, rest).excerpt(0, len(rest) - 1)}`"
+    hint = f"write `{kind} {name}: {Words(text, rest).rest(0)}`"
     raise DiagnosticError(Diagnostic(codes.BAD_NAME, message, text.span(*word.span(1)), hint=hint))
 
 
-def _nameless(text: Fragment, first: Token, kind: str) -> DiagnosticError:
-    span = text.span(first.start, first.end)
+def _nameless(text: Fragment, tokens: list[Token], kind: str) -> DiagnosticError:
+    span = text.span(tokens[0].start, tokens[0].end)
     message = f"`{kind}` needs a name: `{kind} NAME: …`"
-    hint = f'write `"{kind}"` for a variable of that name' if " " not in kind else None
+    name, first = "NAME", len(kind.split())
+    first += [t.type for t in tokens[first : first + 1]] == ["COLON"]
+    given, sign = ([t.type for t in tokens[first : first + 2]] + [""] * 2)[:2]
+    named = sign in _AFTER_NAME or (sign == "NAME" and kind.startswith("a"))  # letters have no sign between them
+    if given == "NAME" and named:
+        name, first = tokens[first].text, first + 1 + (sign == "ASSIGN")
+    hint = f"write `{kind} {name}: {Words(text, tokens).rest(first)}`"
+    hint += f', or `"{kind}"` for a variable of that name' if " " not in kind else ""
     return DiagnosticError(Diagnostic(codes.NAME_MISSING, message, span, hint=hint))
 
 
@@ -151,15 +160,18 @@ def kind_meant(word: str, kinds: Sequence[str] = ("assume", "enforce", "forbid",
     return near[0] if near else None
 
 
-def _refuse_unknown_kind(text: Fragment, first: Token) -> None:
+def _refuse_unknown_kind(text: Fragment, tokens: list[Token]) -> None:
     """DiagnosticError (E312) when `Enforce x:`, `ensure x:` or `forbid Initially x:` starts the line."""
-    match = _TWO_WORDS.match(text.text, first.start)
+    match = _TWO_WORDS.match(text.text, tokens[0].start)
     if match is None:
         return
     if match[1] == "initially":
-        message, name = "`initially` is not a kind of property: it stands before a formula", match[2]
-        span = text.span(*match.span(1))
-        raise DiagnosticError(Diagnostic(codes.BAD_NAME, message, span, hint=f"write `{name}: initially …`"))
+        message = "`initially` is not a kind of property: it stands before a formula"
+        head, body = match[0].removeprefix("initially").strip(), [t for t in tokens if t.start >= match.end()]
+        start = "" if head.startswith(("forbid", "enforce")) else "initially "
+        head = re.sub(r"\Aforbid\b", "forbid initially", head)
+        span, hint = text.span(*match.span(1)), f"write `{head} {start}{Words(text, body).rest(0)}`"
+        raise DiagnosticError(Diagnostic(codes.BAD_NAME, message, span, hint=hint))
     kind = kind_meant(match[1])
     if kind is not None and kind != match[1]:
         raise _misspelt(text, match.span(1), match[1], kind)

@@ -17,10 +17,12 @@ from llfsm_verify.logic.initial import forgotten
 from llfsm_verify.logic.lines import Kind, Line, logical_lines, read_line
 from llfsm_verify.logic.parsing.bounds import time_bounds
 from llfsm_verify.logic.parsing.definitions import Definitions, Member, family, is_definition, is_family
+from llfsm_verify.logic.parsing.delays import refuse_delay_of_sva
 from llfsm_verify.logic.parsing.formulas import parse_words
 from llfsm_verify.logic.parsing.habits import with_habit
 from llfsm_verify.logic.parsing.patterns import read_pattern
 from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, Token, tokenise
+from llfsm_verify.logic.parsing.words import Words
 from llfsm_verify.logic.reading import GivenLines
 from llfsm_verify.logic.syntaxes import SYNTAXES, parse_in, table_of
 
@@ -142,10 +144,12 @@ def _read(
         return
     syntax = named_syntax(text, tokens) or syntax
     starts = source.starts if isinstance(source, GivenLines) else ()
-    defined = Definitions()
+    defined, delays = Definitions(), syntax == "llfsm" and "##" in text.text
     lines: list[tuple[list[Token], Member]] = []
     for words in logical_lines(text, tokens, starts):
         try:
+            if delays:
+                refuse_delay_of_sva(text, words)
             if syntax == "llfsm" and is_definition(text.text, words[0].start):
                 defined.add(text, words)
             elif syntax == "llfsm" and is_family(text.text, words[0].start):
@@ -230,7 +234,7 @@ def _body(line: Line, syntax: str = "llfsm") -> Fragment:
 def _property(
     line: Line, text: Fragment, syntax: str, features: frozenset[Feature], defined: Definitions, member: Member
 ) -> Property:
-    words = line.body
+    given = words = line.body
     if not words.tokens:
         span = text.span(*line.header)
         what = "file" if line.kind.startswith("automaton") else "formula"
@@ -265,6 +269,7 @@ def _property(
         return Property(line.name, line.kind, words.text(0, last), place, None, parsed.atoms, parsed.formula)
     written = words.text(0, last)
     bounds: tuple[tuple[Span, TimeBound], ...] = ()
+    pattern = None
     if syntax == "llfsm":
         pattern = read_pattern(words)
         parsed = parse_words(words) if pattern is None else pattern.parsed
@@ -283,8 +288,27 @@ def _property(
         _refuse_unless(feature in features or not used & ops, what, place)
     formula = without_steps(parsed.formula)
     arrow = any(token.text == "-->" for token in words.tokens)
-    doubt = forgotten(parsed.written or parsed.formula, place, arrow=arrow, ours=syntax == "llfsm")
+    doubt = forgotten(parsed.written or parsed.formula, place, name=line.name, arrow=arrow, syntax=syntax)
+    if doubt is not None and given is not words and pattern is None:
+        own = arrow == any(token.text == "-->" for token in given.tokens)
+        doubt = (own and _as_given(given, defined, place, arrow)) or doubt
     return Property(line.name, line.kind, written, place, formula, parsed.atoms, None, None, syntax, bounds, doubt)
+
+
+def _as_given(words: Words, defined: Definitions, place: Span, arrow: bool) -> Diagnostic | None:
+    """W302 that has the names of definitions and families in it; None: without what they stand for it is no formula."""
+    names: dict[str, Formula] = {}
+    try:
+        parsed = parse_words(words)
+        for key, fragment in parsed.atoms.items():
+            word = Words(fragment, tokenise(key))
+            meant = defined.written_out(word, {})
+            if meant is not word:
+                body = parse_words(meant)
+                names[key] = body.written or body.formula
+    except DiagnosticError:
+        return None
+    return forgotten(parsed.written or parsed.formula, place, arrow=arrow, names=names)
 
 
 def _refuse_unless(fine: bool, what: str, place: Span) -> None:

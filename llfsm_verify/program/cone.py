@@ -1,4 +1,13 @@
-"""The cone of influence: a step program without what no property, fault, fairness condition or turn depends on."""
+"""The cone of influence: a step program without what no property, fault, fairness condition or turn depends on.
+
+Why it is exact: a step is a function of the configuration, the process and the values of the choices. Let a walk
+through both programs begin in c and in its projection, with the same values for the choices that are left. Then,
+statement by statement, the relevant variables and locals stay equal. A statement that is cut stores into nothing
+relevant, and can neither fault nor leave 64 bits. One that stays reads relevant values only, and the decisions around
+it are relevant, so it runs in both programs or in neither. So both steps meet the same fault or overflow, or end in c'
+and in its projection, with the same letter. Which process may step, which slot acts and where outputs are reset is
+relevant as well. The projection is therefore a bisimulation.
+"""
 
 from __future__ import annotations
 

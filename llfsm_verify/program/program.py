@@ -265,6 +265,8 @@ class FaultSite:
     code: str
     message: str
     span: Span | None
+    variable: str = ""
+    """Of a value outside its range: what was to hold it, as written."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,8 +26,8 @@ INITIALLY, GOES_ON = "initially", "as the trace ends"
 
 class RunTable:
     """Writes a run of `program` in `width` terminal cells. `initial` has its variables at the begin, `held` the inputs
-    that never change; `first` is the number of the step after which it begins (None: it does not go on with another
-    run), `last` that of the last step, as far as that is known."""
+    that have a value throughout; `first` is the number of the step after which it begins (None: it does not go on with
+    another run), `last` that of the last step, as far as that is known."""
 
     def __init__(
         self,
@@ -40,6 +40,7 @@ class RunTable:
     ) -> None:
         self._first = first or 0
         self._beginning = INITIALLY if first is None else GOES_ON
+        self._free = _free(program, dict(initial))
         columns = _columns(program, initial, held, last, self._beginning)
         self._lines = StepLines.fitting(columns, [i for i, column in enumerate(columns) if column.natural], width)
         self._times = Times.until(program.period, last)
@@ -50,7 +51,7 @@ class RunTable:
     def head(self) -> Iterator[Text]:
         """The titles, and the row of where the run begins."""
         yield self._lines.header()
-        yield from self._lines.row(Row("", str(self._first), "", "", "", self._beginning, "", "", ""))
+        yield from self._lines.row(Row("", str(self._first), "", "", "", self._beginning, self._free, "", ""))
 
     def step(self, number: int, step: TraceStep, cycles: Cycles, *, faulted: bool) -> Iterator[Text]:
         """The row of a step, after a thin rule where a cycle of several steps ends."""
@@ -65,7 +66,7 @@ class RunTable:
 
 
 def _columns(
-    program: Program, initial: Iterable[tuple[str, str]], held: Mapping[str, str], last: int, beginning: str
+    program: Program, initial: tuple[tuple[str, str], ...], held: Mapping[str, str], last: int, beginning: str
 ) -> list[Column]:
     """The columns with room for whatever a run can show, as far as that is known before it runs.
 
@@ -76,6 +77,7 @@ def _columns(
     fired = [f"→ {m.states[t.target]} when {t.text}" for m in machines for ts in m.transitions for t in ts]
     names = {c.source: c for c in program.choices}
     inputs = [f"{name} = {held.get(name) or _widest(choice)}" for name, choice in names.items()]
+    inputs += filter(None, [_free(program, dict(initial))])
     values = [text for var in program.vars for text in (*var.origin.labels, *_bounds(var.type))]
     value = "x" * min(max(map(len, values), default=0), WIDE_VALUE)
     changes = [f"{name}: {value} → {value}" for name, _ in initial]
@@ -92,6 +94,11 @@ def _columns(
         "property": [],
     }
     return [column.holding(cells[column.title]) if any(cells[column.title]) else column for column in COLUMNS]
+
+
+def _free(program: Program, initial: Mapping[str, str]) -> str:
+    """The inputs that got a value before the run, which they keep."""
+    return ", ".join(f"{v.name} = {initial[v.name]}" for v in program.vars if v.free)
 
 
 def _widest(choice: Choice) -> str:

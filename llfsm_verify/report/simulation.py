@@ -70,7 +70,7 @@ def run_json(
     period: Fraction | None,
 ) -> str:
     """The run as one JSON object, schema `simulation`, without a final newline."""
-    trace = Trace(run.initial, (), (), tuple(steps), None, run.fault, period=period)
+    trace = Trace(run.initial, run.free, (), tuple(steps), None, run.fault, period=period)
     value: dict[str, Json] = {
         "format": FORMAT,
         "arrangement": arrangement.name,

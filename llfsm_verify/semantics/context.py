@@ -180,9 +180,9 @@ class Context:
         origin = Origin("output" if output else "control", machine, labels)
         self.add(Var(name, kind, init, origin, output=output))
 
-    def fault(self, code: str, message: str, span: Span | None) -> int:
+    def fault(self, code: str, message: str, span: Span | None, variable: str = "") -> int:
         """The number of a fault site (equal ones are shared: a machine file used twice, an unrolled loop)."""
-        return self.faults.setdefault(FaultSite(code, message, span), len(self.faults))
+        return self.faults.setdefault(FaultSite(code, message, span, variable), len(self.faults))
 
     def refusal(self, message: str, span: Span) -> int:
         """The number of a place where a machine is refused something."""

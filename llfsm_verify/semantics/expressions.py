@@ -128,11 +128,11 @@ class Code:
         elif then or otherwise:
             self.out.append(If(condition, then, otherwise))
 
-    def fault_when(self, condition: Expr, code: str, message: str, span: Span) -> None:
+    def fault_when(self, condition: Expr, code: str, message: str, span: Span, variable: str = "") -> None:
         if condition != FALSE:
             if not self.control.scheduled:
                 code, message = SURROUNDINGS[code], f"{message} (in the model of the surroundings)"
-            self.out.append(Fault(self.context.fault(code, message, span), condition))
+            self.out.append(Fault(self.context.fault(code, message, span, variable), condition))
 
     def watch(self, e: Expression, value: Expr) -> None:
         """Where steps are probed: tell what the condition `e` is here."""
@@ -429,7 +429,7 @@ class Code:
                 value = self.let(value)
                 outside = op("or", op("lt", value, const(kind.low)), op("gt", value, const(kind.high)))
                 message = f"value outside its range: {text} is declared {kind}"
-                self.fault_when(outside, "F001", message, span)
+                self.fault_when(outside, "F001", message, span, text)
         return value
 
     # ------------------------------------------------ inputs

@@ -1,4 +1,4 @@
-"""What holds only because no run satisfies the assumptions is unknown (docs/decisions/0016-vacuity.md, 8).
+"""What holds only because no run satisfies the assumptions is unknown (docs/decisions/0016-vacuity.md).
 
 An engine says *holds* of it, which is true of no runs; certificates and the conformance suite want that answer. Users
 get it when they ask for it (``--allow-contradiction``).

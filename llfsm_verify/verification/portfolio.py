@@ -131,7 +131,7 @@ def _ours(wanted: Options, options: Options) -> set[str]:
     if limits.max_steps is not None:
         said.add(reached(limits.max_steps, "steps"))
     if limits.max_work is not None:
-        said.add(reached(limits.max_work, "units of work on classes of inputs"))
+        said.add(reached(limits.max_work, "work"))
     if limits.max_states is not None and limits.max_states != options.limits.max_states:
         said.add(reached(limits.max_states, "configurations"))
     return said

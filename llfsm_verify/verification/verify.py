@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 from functools import partial
-from typing import cast
+from typing import Any, cast
 
 from llfsm_verify.arrangement.ending import ending_notes
 from llfsm_verify.arrangement.model import Arrangement
@@ -24,6 +24,13 @@ from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 Check = Callable[[Problem, Options], Result]
 
 
+class _Raised(BaseException):
+    """What a function of the caller has raised: past all that engines catch, it has nothing to do with them."""
+
+    def __init__(self, error: Exception) -> None:
+        self.error = error
+
+
 def checker(name: str) -> Check:
     """The engine of a name, in the harness. Unregistered: there is none."""
     entry, found = ENGINES.entry(name), ENGINES.load(name)
@@ -36,12 +43,18 @@ def verify(
     """Verdicts for the faults of `arrangement` and for every property.
 
     Raises DiagnosticError when a property does not fit the arrangement, ValueError for an unknown engine (naming those
-    there are), and Disagreement when a check of a result fails.
+    there are), Disagreement when a check of a result fails, and what the functions in the options raise.
     """
     problem, options = bind(arrangement, properties), options or Options()
     doubted = {line.name for line in problem.properties if line.doubt is not None} if options.strict else set[str]()
     options = _telling_once(options, doubted - options.accepted)
-    result = checker(engine)(problem, options)
+    calls = {name: getattr(options, name) for name in ("progress", "decided", "tell")}
+    passing: dict[str, Any] = {name: _passing(call) for name, call in calls.items() if call is not None}
+    options = replace(options, **passing)
+    try:
+        result = checker(engine)(problem, options)
+    except _Raised as raised:
+        raise raised.error from None
     if not options.allow_contradiction:
         result = without_contradicted(result)
     return replace(
@@ -60,6 +73,18 @@ def _doubted(item: PropertyResult, line: Property) -> PropertyResult:
         return item
     finding = VacuityFinding("initial", line.doubt.message, item.text)
     return replace(item, vacuity=replace(item.vacuity, findings=(finding, *item.vacuity.findings)))
+
+
+def _passing(call: Callable[[Any], None]) -> Callable[[Any], None]:
+    """The same function, whose errors no engine takes for its own."""
+
+    def called(said: Any) -> None:
+        try:
+            call(said)
+        except Exception as error:  # noqa: BLE001 - whatever a function of others raises, its caller gets
+            raise _Raised(error) from None
+
+    return called
 
 
 def _telling_once(options: Options, doubted: Collection[str]) -> Options:

@@ -48,8 +48,21 @@ def test_what_is_built_can_be_written(tmp_path: Path) -> None:
     assert str(again.simulate(60, seed=2)) == str(model.simulate(60, seed=2))
     with pytest.raises(ValueError, match=r"^`traffic_lights` comes from .*lights.yaml already$"):
         again.write(path)
-    with pytest.raises(OSError, match="No such file"):
+    with pytest.raises(OSError, match=r"No such file or directory: '.*nowhere/a\.yaml'$"):
         model.write(tmp_path / "nowhere" / "a.yaml")
+
+
+def test_its_machine_files_are_those_of_the_folder_in_which_it_was_built(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "timer.machine.yaml").write_text("machine: timer\ninitial: A\nstates: [{name: A}]\n")
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path)
+    model = lv.build("one", {"timer": Path("timer.machine.yaml"), "other": {"file": "./timer.machine.yaml"}})
+    monkeypatch.chdir("elsewhere")
+    model.write("a.yaml")
+    assert Path("a.yaml").read_text("utf-8").count("file: ../timer.machine.yaml") == 2
+    assert lv.load("a.yaml").machines == model.machines
 
 
 @pytest.mark.parametrize("path", sorted(Path("models").rglob("*.yaml")), ids=str)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -131,6 +132,24 @@ def test_inputs_are_held_and_changed(lights):
 def test_wrong_runs(lights, given, message):
     with pytest.raises(ValueError, match=message):
         lights.simulate(**given)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"draw": [1]}, "`draw` is a mapping from the names of inputs, not [1]"),
+        ({"draw": {1: 0.5}}, "`draw` is a mapping from the names of inputs, not {1: 0.5}"),
+        ({"inputs": ["car"]}, "`inputs` is a mapping from the names of inputs, not ['car']"),
+        ({"script": [1]}, "`script` is a mapping from the numbers of steps, not [1]"),
+        ({"script": {3: "car"}}, "`script[3]` is a mapping from the names of inputs, not 'car'"),
+    ],
+)
+def test_what_is_no_mapping_is_said(lights: lv.Model, given: dict[str, object], message: str) -> None:
+    with pytest.raises(TypeError, match=f"^{re.escape(message)}$"):
+        lights.simulate(**given)  # type: ignore[arg-type]
+    if "script" not in given:
+        with pytest.raises(TypeError, match=f"^{re.escape(message)}$"):
+            lights.run(**given)  # type: ignore[arg-type]
 
 
 def test_how_runs_end():

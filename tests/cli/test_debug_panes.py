@@ -119,5 +119,18 @@ def test_panes_follow_the_present_step(size: tuple[int, int]) -> None:
     driven(check, size)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [63, 72, 120])
+def test_panes_follow_where_a_scroll_bar_wraps_lines(width: int) -> None:
+    """The lines of the steps have just room without the scroll bar: the end that it was scrolled to was not the end."""
+
+    async def check(app: Panes, press: Press) -> None:
+        for step in (3, 6, 9):
+            await press("f11")
+            assert f"\n{step} " in visible(app, "steps").replace("\n ", "\n").replace("\n ", "\n")
+
+    driven(check, (width, 30))
+
+
 def test_every_key_has_a_command() -> None:
     assert all(parse(line) is not None for line, _ in KEYS.values())

@@ -56,6 +56,9 @@ def test_the_api_has_it():
     assert result.exit_code == 1
     assert [warning.code for warning in result.warnings] == ["W302"]
     assert [finding.kind for finding in result["b"].vacuity.findings] == ["initial"]
+    (warning,) = model.monitor(RED).warnings
+    assert warning.message == SAID
+    assert not model.monitor(RED.replace(": ", ": G ")).warnings
 
 
 def test_a_guard_does_not_take_it():
@@ -67,6 +70,14 @@ def test_a_guard_does_not_take_it():
     listed = llfsm("guard", OVEN, *brakes, "-p", "beginning: initially (door_open -> !motor)", "--list")
     assert listed.returncode == 1
     assert [line.split()[0] for line in listed.stdout.splitlines()] == ["not", "guardable"]
+    assert listed.stderr.count("W302") == 1 and "hint: write `G (door_open -> !motor)`" in listed.stderr
+
+
+@pytest.mark.parametrize("text", ["initially", "initially -> car", "init(car)", "initial && car"])
+def test_what_fits_no_arrangement_is_an_error_alone(text):
+    done = llfsm("verify", LIGHTS, "-p", f"a: {text}")
+    assert done.returncode == 3 and "W302" not in done.stderr
+    assert "hint: write `initially" in done.stderr
 
 
 @pytest.mark.slow

@@ -79,7 +79,7 @@ def test_words_of_the_corpus(column, answer):
         (("simplify", "O (F F p) && true"), 0, "O (F p)\n"),
         (("simplify", "G[<=5ms] (F F p || F p)"), 0, "G[<=5ms] (F p)\n"),
         (("print", "G[<=5ms] p && (p U[<=2s] q)"), 0, "G[<=5ms] (p) && (p U[<=2s] q)\n"),
-        (("simplify", "--syntax", "spot", "{a;b}[]->FFc"), 0, "({{{a};{b}}}[]->(F c))\n"),
+        (("simplify", "--syntax", "spot", "{a;b}[]->FFc"), 0, "{{{a};{b}}}[]->(F c)\n"),
         (("translate", "--stats", "G F p"), 0, "1\t2\t1\ttrue\n"),
         (("translate", "--stats", "F G p"), 0, "2\t3\t1\tfalse\n"),
         (("translate", "--stats", "false"), 0, "1\t0\t0\ttrue\n"),

@@ -104,6 +104,12 @@ CASES = {
     ("query", LIGHTS, "ns@RED", "--max-states", "9", "--engine", "bmc"): "--max-states is for --engine explicit",
     ("query", LIGHTS, "ns@RED", "--save", ""): "--save needs the name of a file",
     ("simulate", LIGHTS, "--set", "car"): "--set needs INPUT=VALUE, not `car`",
+    ("simulate", LIGHTS, "--set", "car=0", "--set", "car=1"): "--set gives `car` twice: leave one out",
+    ("run", LIGHTS, "--set", "car=0", "--set", "car=0"): "--set gives `car` twice: leave one out",
+    ("simulate", LIGHTS, "--draw", "car"): "--draw needs INPUT=P, not `car`",
+    ("simulate", LIGHTS, "--for", "300000000h"): (
+        "--for: `300000000h` is longer than the longest time, 1,000,000,000 s"
+    ),
 }  # fmt: skip
 
 

@@ -81,7 +81,7 @@ def test_spellings(text, formula):
         ("p S q T r", "E325", 7, "(p S q) T r"),
         ("YO p", "E323", 1, "Y O p"),
         ("Y > 3", "E324", 1, '"Y"'),
-        ("Y (F<= 1.5 s p)", "E324", 4, '`"F"` for a variable of that name, or `F[<=1.5s]` for a bound in time'),
+        ("Y (F<= 1.5 s p)", "E324", 4, '`"F"` for a variable of that name, or `F[<=1.5s]`'),
         ("p since q", "E322", 3, "write `S`"),
         ("always(p)", "E322", 7, "write `G`"),
         ("AG p", "E322", 4, "`AG` is an operator of CTL; every property here is about all runs, so write `G`"),

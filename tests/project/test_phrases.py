@@ -68,9 +68,8 @@ EXCEPTIONS = {
 
 PAGES = sorted(
     path.as_posix()
-    for path in (*Path().glob("*.md"), *Path("docs").glob("*.md"), *Path("models").rglob("*.md"))
+    for path in (*Path().glob("*.md"), *Path("docs").rglob("*.md"), *Path("models").rglob("*.md"))
 )  # fmt: skip
-"""Not the pages of decisions: each is kept as it was decided."""
 MODULES = sorted(path.as_posix() for path in Path("llfsm_verify").rglob("*.py"))
 
 PATTERNS = {re.compile(phrase): instead for phrase, instead in PHRASES.items()}

@@ -9,12 +9,12 @@ import pytest
 
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.checking.engine import Answer, Unknown, Violated
-from llfsm_verify.checking.goals.goal import Goal
+from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.verdict import FAULTS, EarlyVerdict, Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit.engine import ExplicitSession
-from llfsm_verify.limits import Limits
+from llfsm_verify.limits import LimitReached, Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.verification import differential, harness
 from llfsm_verify.verification.verify import verify
@@ -61,6 +61,20 @@ def test_what_is_told_is_known_also_when_the_search_ends_there(engine):
     final = {p.name: p.verdict for p in result.properties} | {FAULTS: result.faults.verdict}
     assert result.interrupted and Verdict.UNKNOWN in final.values()
     assert final[told[0].name] is told[0].verdict
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("error", [MemoryError, LimitReached, Unconfirmed])
+@pytest.mark.parametrize("engine", ["explicit", "pdr", "auto"])
+def test_what_a_function_of_the_caller_raises_reaches_the_caller(engine: str, error: type[Exception]) -> None:
+    """No engine takes it for the end of its own memory, or of a limit."""
+
+    def fail(_: object) -> None:
+        raise error("of the caller")
+
+    lines = parse_properties([Source("test.ltl", PROPERTIES)])
+    with pytest.raises(error, match=r"^of the caller$"):
+        verify(load_arrangement_text(COUNTERS, "test.yaml"), lines, Options(decided=fail), engine)
 
 
 class Forgetful(ExplicitSession):

@@ -5,6 +5,8 @@ Here it is said which keys there are, which are missing and which have the wrong
 
 from __future__ import annotations
 
+import re
+
 from llfsm_verify.arrangement.draft import (
     UNREADABLE,
     ArrangementDraft,
@@ -40,6 +42,7 @@ MACHINE_KEYS = (VERSION, "machine", "parameters", "variables", "initial", "suspe
 STATE_KEYS = ("name", "variables", *ACTION_KINDS, "transitions", "stays", "runs", KEY)
 TRANSITION_KEYS = ("when", "to", KEY)
 VARIABLE_KEYS = ("type", "init", KEY)
+KEYS = {*ARRANGEMENT_KEYS, *INSTANCE_KEYS, *WHITEBOARD_KEYS, *MACHINE_KEYS, *STATE_KEYS, *TRANSITION_KEYS}
 
 
 def draft_arrangement(reading: Reading, root: Node, name: str) -> ArrangementDraft | Unreadable:
@@ -133,10 +136,6 @@ def _environment(reading: Reading, root: Node, node: Node | None) -> InstanceDra
     if node is None or not isinstance(root, Mapping):
         return None
     key = next(k for k, value in root.items if value is node)
-    if isinstance(node, Scalar):
-        hint = f"write `environment: {{file: {node.text[:60] or 'NAME.machine.yaml'}}}`"
-        reading.error("E030", "the `environment` must be a mapping", mark(node), hint)
-        return None
     return _instance(reading, key, node, "the `environment`", ENVIRONMENT_KEYS)
 
 
@@ -154,6 +153,10 @@ def _instance(
     reading: Reading, key: Scalar, node: Node, what: str | None = None, keys: tuple[str, ...] = INSTANCE_KEYS
 ) -> InstanceDraft:
     what = what or f"machine `{key.text}`"
+    if isinstance(node, Scalar) and is_name(key):
+        named = node.text[:60] if re.search(r"[./]", node.text) else f"{node.text[:60] or 'NAME'}.machine.yaml"
+        reading.error("E030", f"{what} must be a mapping", mark(node), f"write `{key.text}: {{file: {named}}}`")
+        return InstanceDraft(key, UNREADABLE)
     if isinstance(node, Mapping) and {"machine", "states"} & {k.text for k, _ in node.items}:
         hint = "write `inline:` above them, and indent them by more"
         reading.error("E060", f"{what} has the keys of a machine", key.span, hint)
@@ -245,10 +248,22 @@ def _declaration(report: Report, key: Scalar, value: Node, what: str, keys: tupl
     """What a variable is declared with."""
     what = f"{what} `{key.text[:60]}`"
     if isinstance(value, Scalar) and value.text.strip():
-        hint = f"write `{key.text[:60]}: {{type: {value.text[:60]}}}`"
+        hint = f"write `{key.text[:60]}: {{{_declared(value.text[:60], keys)}}}`"
         report.error("E030", f"{what} must be a mapping (`key: value`)", mark(value), hint)
         return None
     return report.fields(value, what, keys, ("type",))
+
+
+_DECLARED = re.compile(r"(?:(input|output)\s+)?(.*?)(?:[\s,]+(input|output))?(?:\s*=\s*([^\s=;]+))?[;,]?")
+
+
+def _declared(text: str, keys: tuple[str, ...]) -> str:
+    """The keys and values for a variable that is declared as in another language, or by its value alone."""
+    before, kind, behind, init = found.groups() if (found := _DECLARED.fullmatch(text)) else ("", text, "", None)
+    if init is None and re.fullmatch(r"-?\d{1,9}|true|false", kind):
+        kind, init = "bool" if kind.isalpha() else f"{min(int(kind), 0)}..{max(int(kind), 15)}", kind
+    role = before or behind if "role" in keys else None
+    return f"type: {kind}" + (f", init: {init}" if init else "") + (f", role: {role}" if role else "")
 
 
 def _variables(report: Report, node: Node | None) -> tuple[VariableDraft, ...]:
@@ -269,6 +284,14 @@ def _states(report: Report, node: Node) -> tuple[StateDraft, ...] | Unreadable:
     found: list[StateDraft] = []
     names: dict[str, Span] = {}
     for item in sequence.items:
+        if isinstance(item, Mapping) and item.items and "name" not in {k.text for k, _ in item.items}:
+            key, value = item.items[0]
+            empty = isinstance(value, Mapping) or (isinstance(value, Scalar) and not value.text)
+            if empty and is_name(key) and key.text not in STATE_KEYS:
+                hint = f"write `- name: {key.text[:60]}`, and its other keys right below `name`"
+                report.error("E034", "a state has no `name`", mark(key), hint)
+                found.append(StateDraft(key))
+                continue
         fields = report.fields(item, "a state", STATE_KEYS, ("name",))
         if fields is None:
             continue

@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Literal, cast
 
+from llfsm_verify.arrangement.access import Access
 from llfsm_verify.arrangement.draft import (
     ArrangementDraft,
     Draft,
@@ -16,7 +17,19 @@ from llfsm_verify.arrangement.draft import (
     has_unreadable,
 )
 from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.model import BETWEEN_STEPS, ENVIRONMENT, POLICY, REPLACE, Arrangement
+from llfsm_verify.arrangement.model import (
+    BETWEEN_STEPS,
+    ENVIRONMENT,
+    POLICY,
+    REPLACE,
+    Arrangement,
+    Machine,
+    Operator,
+    Process,
+    Profile,
+    Suppression,
+    WhiteboardVariable,
+)
 from llfsm_verify.arrangement.nodes import Mapping, mark
 from llfsm_verify.arrangement.resolve.access import check_access, resolve_access
 from llfsm_verify.arrangement.resolve.constant_comparisons import constant_comparisons
@@ -33,7 +46,7 @@ from llfsm_verify.arrangement.resolve.type_table import TypeTable
 from llfsm_verify.arrangement.resolve.whiteboard import resolve_whiteboard
 from llfsm_verify.arrangement.suppressions import resolve_suppressions
 from llfsm_verify.collector import paused_collector
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
 from llfsm_verify.kept import fingerprint, installation, kept_or_computed
 from llfsm_verify.language.scope import Scope, enumerators_of
 from llfsm_verify.language.types import EnumType
@@ -113,83 +126,158 @@ def _ordered(diagnostics: list[Diagnostic], sources: list[str]) -> list[Diagnost
 
 
 class _Resolver:
+    """The passes over a draft, in their order; each says what is wrong, and the next ones go on without that part."""
+
+    types: TypeTable
+    world: Scope
+    whiteboard: tuple[WhiteboardVariable, ...]
+    instances: dict[str, InstanceText]
+    surroundings: InstanceText | None
+    suppressions: list[Suppression]
+    processes: tuple[Process, ...]
+    observe: str
+    profile: Profile
+    checkers: dict[str, InstanceChecker]
+    machines: tuple[Machine, ...]
+    environment: Machine | None
+    operators: tuple[Operator, ...]
+    access: Access | None
+
     def __init__(self, report: Report, draft: ArrangementDraft, integer_guards: bool) -> None:
         self.report = report
         self.draft = draft
         self.integer_guards = integer_guards
         self.broken: set[str] = set()
         """Names whose declaration is wrong: using them is no further error."""
-        self.machines: dict[int, MachineText | None] = {}
+        self.texts: dict[int, MachineText | None] = {}
         """The machines that are resolved, by the identity of their drafts: instances share them."""
 
     def resolve(self, path: str, digest: str) -> Arrangement:
-        report, draft, top = self.report, self.draft, self.draft.span
         name = self._name()
-        types = TypeTable(report, draft.types)
-        world = Scope(
-            {}, {}, {}, (), "", types.types, enumerators_of(types.types.values()), frozenset(),
-            integer_guards=self.integer_guards,
-        )  # fmt: skip
-        whiteboard, bad_variables, accepted = resolve_whiteboard(report, draft.whiteboard, types, world)
-        self.broken |= bad_variables
-        instances = self._instances(types)
-        surroundings = (
-            None if draft.environment is None else self._instance(draft.environment, types, surroundings=True)
-        )
-        all_texts = {**instances, **({} if surroundings is None else {ENVIRONMENT: surroundings})}
+        self._declare()
+        self._read_machines()
         self._check_names()
-        suppressions = [*resolve_suppressions(report, draft.lint, whole=True), *accepted]
-        for text in {id(i.text): i.text for i in all_texts.values()}.values():
-            suppressions += text.suppressions
-        for w in whiteboard:
-            if w.variable.name in all_texts:
-                message = f"there is also a machine `{w.variable.name}`"
-                if w.variable.name == ENVIRONMENT and surroundings is not None:
-                    message = _TAKEN
-                report.error("E118", message, w.variable.span, "properties could not tell them apart: rename one")
-        places = {n: i.span for n, i in instances.items()}
-        processes = resolve_processes(report, draft.processes, places, self.broken, top)
-        order = [m for p in processes for m in p.schedule]
-        if draft.environment is not None and len(processes) > 1:
+        self._schedule()
+        self._check_machines()
+        self._operate()
+        timed, period = resolve_timing(self.report, self.draft.timing, self.draft.cycle_ms)
+        check_time(self.report, [root for c in self.checkers.values() for root in c.timed], timed, period)
+        self._warn_unused()
+        everyone = (*self.machines, *([] if self.environment is None else [self.environment]))
+        self.report.diagnostics += constant_comparisons(everyone)
+        choice, draft = self.report.choice, self.draft
+        return Arrangement(
+            name=name,
+            path=path,
+            digest=digest,
+            profile=self.profile,
+            observe=cast('Literal["ringlet", "cycle"]', self.observe),
+            timing="timed" if timed else "untimed",
+            cycle_ms=period,
+            finished=cast('Literal["leave", "keep"]', choice(draft.finished, "`finished`", ("leave", "keep"), "leave")),
+            fairness=cast(
+                'Literal["processes", "none"]',
+                choice(draft.fairness, "`fairness`", ("processes", "none"), "processes"),
+            ),
+            types=self.types.types,
+            enumerations=tuple(dict.fromkeys(t for t in self.types.types.values() if isinstance(t, EnumType))),
+            tables=self.world.tables,
+            whiteboard=self.whiteboard,
+            machines=self.machines,
+            processes=self.processes,
+            warnings=(),
+            span=draft.span,
+            suppressions=tuple(self.suppressions),
+            environment=self.environment,
+            operators=tuple(o for o in self.operators if o.kind not in BETWEEN_STEPS),
+            replaceable=tuple(o for o in self.operators if o.kind == REPLACE),
+            policy_users=tuple(o for o in self.operators if o.kind == POLICY),
+            access=self.access,
+            declared_types=self.types.declared(),
+        )
+
+    @property
+    def _places(self) -> dict[str, Span]:
+        """Where the instances are named."""
+        return {name: instance.span for name, instance in self.instances.items()}
+
+    def _declare(self) -> None:
+        """Types and the whiteboard, which know no machine."""
+        self.types = TypeTable(self.report, self.draft.types)
+        types = self.types.types
+        self.world = Scope(
+            {}, {}, {}, (), "", types, enumerators_of(types.values()), frozenset(), integer_guards=self.integer_guards
+        )
+        found, broken, accepted = resolve_whiteboard(self.report, self.draft.whiteboard, self.types, self.world)
+        self.whiteboard = found
+        self.broken |= broken
+        self.suppressions = [*resolve_suppressions(self.report, self.draft.lint, whole=True), *accepted]
+
+    def _read_machines(self) -> None:
+        """The machines of the instances and of the surroundings, which know no other machine yet."""
+        environment = self.draft.environment
+        self.instances = self._instances()
+        self.surroundings = None if environment is None else self._instance(environment, surroundings=True)
+        for text in {id(i.text): i.text for i in self._all().values()}.values():
+            self.suppressions += text.suppressions
+
+    def _all(self) -> dict[str, InstanceText]:
+        return self.instances | ({} if self.surroundings is None else {ENVIRONMENT: self.surroundings})
+
+    def _schedule(self) -> None:
+        """Whose turn comes when, and what is only with one process."""
+        report, draft = self.report, self.draft
+        self.processes = resolve_processes(report, draft.processes, self._places, self.broken, draft.span)
+        several = len(self.processes) > 1
+        if draft.environment is not None and several:
             hint = "several processes have no common cycle that it could begin: use one process"
-            report.error(
-                "E086", "a model of the surroundings needs a single process", draft.environment.name.span, hint
-            )
-        observe = report.choice(draft.observe, "`observe`", ("ringlet", "cycle"), "ringlet")
-        if observe == "cycle" and draft.observe is not None and len(processes) > 1:
+            message = "a model of the surroundings needs a single process"
+            report.error("E086", message, draft.environment.name.span, hint)
+        self.observe = report.choice(draft.observe, "`observe`", ("ringlet", "cycle"), "ringlet")
+        if self.observe == "cycle" and draft.observe is not None and several:
             hint = "several processes have no common cycle: write `observe: ringlet`"
             report.error("E085", "`observe: cycle` needs a single process", mark(draft.observe), hint)
-        profile = resolve_profile(report, draft.profile)
-        if profile.snapshot == "cycle" and len(processes) > 1:
+        self.profile = resolve_profile(report, draft.profile)
+        if self.profile.snapshot == "cycle" and several:
             hint = "several processes have no common cycle: use `snapshot: ringlet`, or `changes: cycle` on the inputs"
             items = draft.profile.items if isinstance(draft.profile, Mapping) else ()
             place = next(mark(value) for key, value in items if key.text == "snapshot")
             report.error("E085", "`snapshot: cycle` needs a single process", place, hint)
-        taken = {**world.enumerators, **instances, **{w.variable.name: w for w in whiteboard}}
-        world = replace(
-            world,
-            variables={w.variable.name: w.variable for w in whiteboard},
-            machines={n: i.signature() for n, i in instances.items()},
+
+    def _check_machines(self) -> None:
+        """Guards and actions, now that all names are known; machines inside states; the model of the surroundings."""
+        report, variables = self.report, {w.variable.name: w.variable for w in self.whiteboard}
+        order = [m for p in self.processes for m in p.schedule]
+        world = self.world = replace(
+            self.world,
+            variables=variables,
+            machines={n: i.signature() for n, i in self.instances.items()},
             others=tuple(order),
-            tables=resolve_tables(report, draft.tables, taken),
-            inputs=frozenset(w.variable.name for w in whiteboard if w.role == "input"),
-            unseen="" if surroundings is None else ENVIRONMENT,
+            tables=resolve_tables(report, self.draft.tables, {**self.world.enumerators, **self.instances, **variables}),
+            inputs=frozenset(w.variable.name for w in self.whiteboard if w.role == "input"),
+            unseen="" if self.surroundings is None else ENVIRONMENT,
         )
-        checkers = {n: InstanceChecker(report, world, i, frozenset(self.broken)) for n, i in instances.items()}
-        checked = {n: c.check() for n, c in checkers.items()}
-        pooled = {m for p in processes for m in p.pool}
+        broken = frozenset(self.broken)
+        self.checkers = {n: InstanceChecker(report, world, i, broken) for n, i in self.instances.items()}
+        checked = {n: c.check() for n, c in self.checkers.items()}
+        pooled = {m for p in self.processes for m in p.pool}
         machines = tuple(replace(checked[n], loaded=n not in pooled) for n in order)
-        machines = nest(report, machines, {k: v for c in checkers.values() for k, v in c.places.items()})
-        for machine in machines:
+        self.machines = nest(report, machines, {k: v for c in self.checkers.values() for k, v in c.places.items()})
+        for machine in self.machines:
             if machine.suspended and not machine.loaded:
                 hint = f"load it with `load_suspended({machine.name})`"
                 message = f"machine `{machine.name}` of the pool is not loaded at first, so it cannot be suspended"
                 report.error("E089", message, machine.span, hint)
-        environment = None
-        if surroundings is not None:
-            checkers[ENVIRONMENT] = InstanceChecker(report, world, surroundings, frozenset(self.broken))
-            environment, whiteboard = resolve_surroundings(report, checkers[ENVIRONMENT].check(), whiteboard)
-        operators = resolve_operators(report, draft.operators, places, whiteboard, self.broken)
+        self.environment = None
+        if self.surroundings is not None:
+            checker = self.checkers[ENVIRONMENT] = InstanceChecker(report, world, self.surroundings, broken)
+            self.environment, self.whiteboard = resolve_surroundings(report, checker.check(), self.whiteboard)
+
+    def _operate(self) -> None:
+        """What operators may command, and who may do what."""
+        report, draft, machines = self.report, self.draft, self.machines
+        operators = resolve_operators(report, draft.operators, self._places, self.whiteboard, self.broken)
+        self.operators = operators
         for operator in operators:
             if operator.kind == REPLACE:
                 check_replaceable(report, operator, machines)
@@ -198,48 +286,12 @@ class _Resolver:
                 report.error("E159", message, operator.span, "let operators suspend or restart it")
         mistakes = len(report.diagnostics)
         policy = None if isinstance(draft.access, Unreadable) else draft.access
-        access = resolve_access(report, policy, places, whiteboard, self.broken)
+        self.access = resolve_access(report, policy, self._places, self.whiteboard, self.broken)
         if draft.access is None:
             for operator in (o for o in operators if o.kind == POLICY):
                 report.error("E098", "there is no policy that anybody could change", operator.span, "write `access`")
-        if access is not None and len(report.diagnostics) == mistakes:  # else it is not what was meant
-            check_access(report, access, machines, operators, whiteboard)
-        timed, period = resolve_timing(report, draft.timing, draft.cycle_ms)
-        check_time(report, [root for c in checkers.values() for root in c.timed], timed, period)
-        self._warn_unused(all_texts)
-        report.diagnostics += constant_comparisons(m for m in (*machines, environment) if m is not None)
-        return Arrangement(
-            name=name,
-            path=path,
-            digest=digest,
-            profile=profile,
-            observe=cast('Literal["ringlet", "cycle"]', observe),
-            timing="timed" if timed else "untimed",
-            cycle_ms=period,
-            finished=cast(
-                'Literal["leave", "keep"]',
-                report.choice(draft.finished, "`finished`", ("leave", "keep"), "leave"),
-            ),
-            fairness=cast(
-                'Literal["processes", "none"]',
-                report.choice(draft.fairness, "`fairness`", ("processes", "none"), "processes"),
-            ),
-            types=types.types,
-            enumerations=tuple(dict.fromkeys(t for t in types.types.values() if isinstance(t, EnumType))),
-            tables=world.tables,
-            whiteboard=whiteboard,
-            machines=machines,
-            processes=processes,
-            warnings=(),
-            span=top,
-            suppressions=tuple(suppressions),
-            environment=environment,
-            operators=tuple(o for o in operators if o.kind not in BETWEEN_STEPS),
-            replaceable=tuple(o for o in operators if o.kind == REPLACE),
-            policy_users=tuple(o for o in operators if o.kind == POLICY),
-            access=access,
-            declared_types=types.declared(),
-        )
+        if self.access is not None and len(report.diagnostics) == mistakes:  # else it is not what was meant
+            check_access(report, self.access, machines, operators, self.whiteboard)
 
     def _name(self) -> str:
         if isinstance(self.draft.name, str):
@@ -255,24 +307,29 @@ class _Resolver:
         check(variable.name for variable in draft.whiteboard)
         if not isinstance(draft.processes, Unreadable):
             check(process.name for process in draft.processes if process.name is not None)
+        for variable in (w.variable for w in self.whiteboard if w.variable.name in self._all()):
+            message = f"there is also a machine `{variable.name}`"
+            if variable.name == ENVIRONMENT and self.surroundings is not None:
+                message = _TAKEN
+            self.report.error("E118", message, variable.span, "properties could not tell them apart: rename one")
 
     # ------------------------------------------------------------ machines
 
-    def _instances(self, types: TypeTable) -> dict[str, InstanceText]:
+    def _instances(self) -> dict[str, InstanceText]:
         drafts = () if isinstance(self.draft.machines, Unreadable) else self.draft.machines
         self.report.distinct(draft.name for draft in drafts)
         found: dict[str, InstanceText] = {}
         for draft in drafts:
-            instance = self._instance(draft, types)
+            instance = self._instance(draft)
             if instance is None:
                 self.broken.add(draft.name.text)
             else:
                 found[instance.name] = instance
         return found
 
-    def _instance(self, draft: InstanceDraft, types: TypeTable, *, surroundings: bool = False) -> InstanceText | None:
+    def _instance(self, draft: InstanceDraft, *, surroundings: bool = False) -> InstanceText | None:
         name = self.report.name(draft.name, "the name of a machine")
-        text = None if isinstance(draft.machine, Unreadable) else self._machine(draft.machine, types)
+        text = None if isinstance(draft.machine, Unreadable) else self._machine(draft.machine)
         suspended = self.report.choice(draft.suspended, "`suspended`", ("true", "false"), "false") == "true"
         model = self.report.choice(draft.model, "`model`", ("true", "false"), "false") == "true"
         on_fault = self.report.choice(draft.on_fault, "`on_fault`", ("end", "unload"), "end")
@@ -298,18 +355,18 @@ class _Resolver:
             cast('Literal["end", "unload"]', on_fault),
         )
 
-    def _machine(self, draft: MachineDraft, types: TypeTable) -> MachineText | None:
-        if id(draft) not in self.machines:
+    def _machine(self, draft: MachineDraft) -> MachineText | None:
+        if id(draft) not in self.texts:
             before = len(self.report.diagnostics)
-            text = MachineResolver(self.report, types).resolve(draft)
+            text = MachineResolver(self.report, self.types).resolve(draft)
             if draft.instead is not None and any(d.is_error for d in self.report.diagnostics[before:]):
                 self.report.diagnostics[before:] = [draft.instead]
                 text = None
-            self.machines[id(draft)] = text
-        return self.machines[id(draft)]
+            self.texts[id(draft)] = text
+        return self.texts[id(draft)]
 
-    def _warn_unused(self, instances: dict[str, InstanceText]) -> None:
-        for instance in instances.values():
+    def _warn_unused(self) -> None:
+        for instance in self._all().values():
             for parameter in instance.text.parameters:
                 if parameter.name not in instance.text.words:
                     message = f"parameter `{parameter.name}` of machine `{instance.text.kind}` is never used"

@@ -246,7 +246,9 @@ def _type_meant(text: str) -> str | None:
     ends = re.fullmatch(r"[(\[]?\s*(-?\d+)\s*(?:-|\.{3}|:|to|,)\s*(-?\d+)\s*[)\]]?", text)
     if ends is not None:
         return f"write `{ends[1]}..{ends[2]}`"
+    if (given := re.fullmatch(r"([\w.]+)\s*=\s*(\w+)", text)) is not None:
+        return f"write `type: {given[1]}, init: {given[2]}`"
     words = re.findall(r"[A-Za-z_]\w*", text[:200], re.ASCII)
-    if len(words) > 1 and re.fullmatch(r"[(]?[\w\s,;|]+[)]?", text) and re.search("[,;|]", text):
+    if len(words) > 1 and re.fullmatch(r"[(]?[-\w\s,;|]+[)]?", text) and re.search("[,;|]|^-", text):
         return f"write `[{', '.join(words[:6])}{', …' if len(words) > 6 else ''}]` under `types`"
     return _TEXTS if text.lower() in ("string", "str", "char", "text") else None

@@ -73,6 +73,13 @@ define internal i64 @random(ptr %c, i64 %size) #1 {{
   %result = select i1 %whole, i64 %x7, i64 %scaled
   ret i64 %result
 }}
+define internal i64 @among(ptr %random, ptr %low.p, ptr %size.p) #1 {{
+  %size = load i64, ptr %size.p
+  %offset = call i64 @random(ptr %random, i64 %size)
+  %low = load i64, ptr %low.p
+  %value = add i64 %low, %offset
+  ret i64 %value
+}}
 define internal i64 @sample(ptr %c, i64 %choice) memory(argmem: readwrite) nounwind {{
   %step.p = getelementptr i64, ptr %c, i64 {STEP}
   %step = load i64, ptr %step.p
@@ -119,11 +126,8 @@ default:
   br label %done
 drawn:
   %size.p = getelementptr i64, ptr @sizes, i64 %choice
-  %size = load i64, ptr %size.p
-  %offset = call i64 @random(ptr %c, i64 %size)
   %low.p = getelementptr i64, ptr @lows, i64 %choice
-  %low = load i64, ptr %low.p
-  %random = add i64 %low, %offset
+  %random = call i64 @among(ptr %c, ptr %low.p, ptr %size.p)
   br label %done
 done:
   %value = phi i64 [%told, %prescribed], [%preset, %default], [%random, %drawn]
@@ -192,10 +196,7 @@ piece:
 put:
   %low.at = phi ptr [%low.p, %whole], [%from.p, %piece]
   %size.at = phi ptr [%size.p, %whole], [%many.p, %piece]
-  %size = load i64, ptr %size.at
-  %offset = call i64 @random(ptr %random, i64 %size)
-  %low = load i64, ptr %low.at
-  %value = add i64 %low, %offset
+  %value = call i64 @among(ptr %random, ptr %low.at, ptr %size.at)
   store i64 %value, ptr %place
   br label %next
 next:

@@ -100,7 +100,7 @@ class Group:
         except GaveUp:
             if self._effort.most is None or self._effort.left:
                 raise
-            raise LimitReached(reached(self._effort.most, "units of work on classes of inputs")) from None
+            raise LimitReached(reached(self._effort.most, "work")) from None
 
     def _solver(self) -> z3.Solver:
         solver = z3.Solver()

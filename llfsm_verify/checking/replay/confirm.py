@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from llfsm_verify.backends.reference import evaluate as evaluate_expression
 from llfsm_verify.checking.claims import Claim
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace, TraceStep
-from llfsm_verify.kripke.observing import observed_outputs
+from llfsm_verify.kripke.observing import initial_atoms, observed_outputs
 from llfsm_verify.limits import tick
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.program.moves import Move
@@ -135,12 +134,9 @@ def end_of(execution: Execution, schedule: Schedule) -> bytes:
 
 
 def first_letter(execution: Execution, schedule: Schedule) -> Letter:
-    """The atoms that hold in the initial configuration, with inputs at their `init`."""
-    program = execution.program
-    outputs = {v.name: v.init for v in program.vars if v.output}
-    values = execution.layout.decode(execution.start(schedule.free)) | outputs
-    inputs = {f"input:{i.name}": i.init for i in program.inputs}
-    return frozenset(a.name for a in program.atoms if evaluate_expression(a.expression, values, inputs))
+    """The atoms that hold in the initial configuration, with inputs at their `init`. Raises AtomOverflow."""
+    atoms = initial_atoms(execution.program, execution.layout, execution.start(schedule.free))
+    return frozenset(name for name, holds in atoms.items() if holds)
 
 
 def atoms_of(execution: Execution, record: bytes) -> Letter:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 
 from llfsm_verify.arrangement.files import read_source
-from llfsm_verify.cli.argument_types import assignments
+from llfsm_verify.cli.argument_types import DRAWN, assignments
 from llfsm_verify.cli.debugging import opened
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.collector import do_more_tasks
@@ -28,7 +28,7 @@ def run(options: Namespace) -> int:
     if options.seed is None and (options.hold is not None or options.draw):
         return usage("--hold and --draw say how --seed draws inputs")
     try:
-        options.draw = assignments("--draw", options.draw, once=True)
+        options.draw = assignments("--draw", options.draw, DRAWN)
     except ValueError as wrong:
         return usage(str(wrong))
     given: list[str] = list(options.commands)

@@ -51,13 +51,11 @@ def run(options: Namespace) -> int:
     if options.no_proof and options.output is None and not options.list:
         return usage("--no-proof writes files: say where with -o FOLDER")
     try:
-        fallbacks = assignments("--fallback", options.fallback)
-    except ValueError:
-        return usage("--fallback needs OUTPUT=VALUE")
+        fallbacks = assignments("--fallback", options.fallback, "OUTPUT=VALUE")
+    except ValueError as wrong:
+        return usage(str(wrong))
     if not all(fallbacks.values()):
         return usage("--fallback needs OUTPUT=VALUE: the value is missing")
-    if len(fallbacks) < len(options.fallback):
-        return usage("--fallback names an output twice: give one value, which may be an expression such as a ? 1 : 2")
     if options.output == "":
         return usage("-o needs the name of a folder")
     try:
@@ -81,6 +79,7 @@ def run(options: Namespace) -> int:
         raise DiagnosticError(unfit(*problem) for problem in problems)
     found = [guardable(p, arrangement, clock, own_monitor=options.monitor is not None) for p in properties.goals]
     if options.list:
+        told(properties, arrangement)
         Output().plain("".join(_listed(found, problems)))
         return NOT_ALL if problems or any(each.refusal for each in found) else 0
     task = Task(properties.goals, properties.assumptions, None, clock)

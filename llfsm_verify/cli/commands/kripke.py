@@ -73,6 +73,8 @@ def _format(options: Namespace) -> str | None:
 
 def _model(wanted: str, problem: Problem, options: Namespace) -> str:
     from llfsm_verify.exports.flat import Specification
+    from llfsm_verify.language.trees import of_kind
+    from llfsm_verify.language.typed import Literal
 
     program = problem.program(keep_all_bits=options.keep_all_bits)
     goals = tuple((p.name, p.formula) for p in problem.properties if p.formula is not None)
@@ -81,7 +83,9 @@ def _model(wanted: str, problem: Problem, options: Namespace) -> str:
     variables = [w.variable for w in arrangement.whiteboard]
     variables += [v for m in arrangement.texts for v in (*m.variables, *(v for s in m.states for v in s.variables))]
     declared = {v.name: v.span for v in variables}
-    return MODELS.load(wanted)(Specification(program, goals, assumptions, declared))
+    written = (tuple(m.states for m in arrangement.texts), tuple(a.expression for a in problem.atoms))
+    numbers = {literal.value: literal.span for literal in of_kind(written, Literal)}
+    return MODELS.load(wanted)(Specification(program, goals, assumptions, declared, numbers))
 
 
 # ---------------------------------------------------------------- structures

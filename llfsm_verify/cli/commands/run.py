@@ -21,7 +21,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.replay.execution import Execution
-from llfsm_verify.cli.argument_types import assignments
+from llfsm_verify.cli.argument_types import DRAWN, assignments
 from llfsm_verify.cli.io.output import Output, UsageError
 from llfsm_verify.cli.io.unhurried import unhurried_errors
 from llfsm_verify.cli.panel import shown
@@ -127,10 +127,9 @@ def _ready(
         print(f"note: `{name}` is not monitored: {reason}", file=sys.stderr)
     if settings.seed is not None and options.seed is None:
         print(f"seed {settings.seed}", file=sys.stderr)
-    rounds, free, script = plan.rounds(options.span), plan.free, list[Prescribed]()
+    rounds, free, script = plan.rounds(options.span), dict[str, int](), list[Prescribed]()
     if options.inputs is not None:
-        first, script, steps = _inputs(options.inputs, given, plan.program)
-        free = {**free, **first}
+        free, script, steps = _inputs(options.inputs, given, plan.program)
         rounds = rounds if options.span is not None else steps
     code = plan.code()
     specs = declared_ports(options.ports, code)
@@ -165,7 +164,7 @@ def _settings(options: Namespace, draft: Draft, given: Arrangement) -> RunSettin
         held=assignments("--set", options.set), properties=properties, property_texts=texts, syntax=options.syntax,
         rate=options.rate if options.rate is not None else Fraction(1),
         seed=None if options.inputs is not None else seed, hold=options.hold,
-        draw=assignments("--draw", options.draw, once=True), jitter=options.jitter,
+        draw=assignments("--draw", options.draw, DRAWN), jitter=options.jitter,
         strict=options.on_overrun == "stop", stops_on_violation=options.on_violation == "stop", record=options.record,
         sources=draft.sources, digest=draft.digest, whiteboard=options.whiteboard, priority=options.priority,
         processes=options.processes, limits=Limits(timeout=options.load_timeout, memory=options.load_memory),

@@ -15,7 +15,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.replay.confirm import Misfit
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import TraceStep
-from llfsm_verify.cli.argument_types import assignments
+from llfsm_verify.cli.argument_types import DRAWN, assignments
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.scripts import extent_of, read_script
@@ -26,7 +26,7 @@ from llfsm_verify.report.cycles import Cycles
 from llfsm_verify.report.simulation import exit_code, run_json, sentences, summary
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.report.tracewords import event_text
-from llfsm_verify.runtime.stepping.drawing import DrawingError, drawing_of
+from llfsm_verify.runtime.stepping.drawing import DrawingError, drawing_of, free_inputs
 from llfsm_verify.runtime.stepping.random_run import RandomRun, Script, input_problem
 from llfsm_verify.runtime.stepping.visited import never_visited
 from llfsm_verify.semantics.lowering import lower
@@ -72,7 +72,7 @@ def run(options: Namespace) -> int:
     program, until, sought = _sought(arrangement, base, options.until)
     try:
         held = assignments("--set", options.set)
-        draw = assignments("--draw", options.draw, once=True)
+        draw = assignments("--draw", options.draw, DRAWN)
     except ValueError as wrong:
         return usage(str(wrong))
     problem = input_problem(program, held)
@@ -91,7 +91,10 @@ def run(options: Namespace) -> int:
         print(f"seed {seed}", file=sys.stderr)
     drawn = [choice.name for choice in base.choices]
     source = random.Random(seed)  # noqa: S311 - no secrets
-    simulated = RandomRun(Execution(program), script, source, until=until, drawn=drawn, law=law)
+    simulated = RandomRun(Execution(program), script, source, until=until, drawn=drawn, law=law, seed=seed)
+    kept = [name for name in free_inputs(program) if name in script.steps.get(0, {})]
+    if options.begin is not None and kept:
+        return usage(f"--set `{kept[0]}` never changes while it runs, and --from goes on with its value")
     begin = None if options.begin is None else _follow(simulated, options.begin, arrangement)
     job = _Job(arrangement, program, simulated, seed, begin, sought, *extent)
     if options.quiet:
@@ -223,8 +226,7 @@ def _written(job: _Job, wanted: str, name: str | None) -> int:
                 assert job.run.move is not None
                 yield job.run.move
 
-        free = () if job.begin is None else job.begin.free
-        timeline = stepped(job.arrangement, free, moves())
+        timeline = stepped(job.arrangement, job.run.free, moves())
         write_timeline(timeline.part(first + 1, None), wanted, name)
     for sentence in _said(job, number, states=wanted != JSON):
         print(sentence, file=sys.stderr)

@@ -1,4 +1,11 @@
-"""Whole arrangements as Promela models for SPIN, with one stored state per configuration."""
+"""Whole arrangements as Promela models for SPIN, with one stored state per configuration.
+
+Without properties a step is one atomic sequence, and a fault leads to the initial configuration, which adds no state.
+With properties no sequence is atomic, since SPIN misses a claim that accepts in the middle of one. Instead the letter
+changes in the last transition of a step: SPIN then sees our word with letters repeated, which no formula without X
+tells apart. A fault leads to a dead state in which every atom and its negation hold, the weak view of truncated paths
+(C. Eisner et al., Reasoning with temporal logic on truncated paths, CAV 2003).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,10 @@
-"""Which inputs are split into classes where, and what represents each class."""
+"""Which inputs are split into classes where, and what represents each class.
+
+Where the classes depend on variables, these ways are tried in order: a table for each valuation, if there are few;
+expressions such as the bound of a comparison, if Z3 proves that they represent every outcome whatever the variables
+are; a table for more valuations; a table for those that can be reached (`labels.reaching`). Else the input is
+enumerated.
+"""
 
 from __future__ import annotations
 

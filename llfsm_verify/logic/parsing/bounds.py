@@ -14,6 +14,11 @@ from llfsm_verify.logic.formula import TIMED, Op
 from llfsm_verify.logic.parsing.words import Words
 
 BOUNDABLE = frozenset("XFGUR")
+_LONG = re.compile(r"[0-9]{13,}|[0-9]{10,}(?![0-9.]|ms|s|min)")
+_SPELLINGS = {
+    r"(?<=[0-9])(?:milliseconds?|msecs?)\b": "ms", r"(?<=[0-9])(?:seconds?|secs?)": "s",
+    r"(?<=[0-9])(?:minutes?|mins|m)\b": "min", r"([<>])=?": r"\1=", r",|\.\.|;|(?<=[0-9a-z])-|to": ":",
+}  # fmt: skip
 _TIME = re.compile(r"([0-9]{1,12}(?:\.[0-9]{1,9})?)(ms|s|min)\Z")
 _MILLISECONDS = {"ms": 1, "s": 1_000, "min": 60_000}
 _HINTS = {
@@ -47,8 +52,10 @@ def read_bound(words: Words, i: int) -> Bound | None:
         raise _no_bound(words, i, last, text)
     found = _time(letter, text) or _steps(letter, text)
     if isinstance(found, str) or found is None:
-        hint = _meant(letter, text) or _HINTS.get(letter, _HINT.format(letter))
+        hint = meant(letter, text) or _HINTS.get(letter, _HINT.format(letter))
         message = found or f"`[{text[:40]}]` is not a valid bound of `{letter}`"
+        if _LONG.search(text):
+            message = f"this number is too large: a bound has at most {MAX_STEPS:,} steps, and a time at most 12 digits"
         raise words.error(codes.BOUND, message, i + 1, last, hint)
     return Bound(*found, last)
 
@@ -100,7 +107,7 @@ def _time(letter: str, text: str) -> tuple[Op, str] | str | None:
         other = most if known == least else least
         if other.isdigit():
             return f"one end of `[{text[:40]}]` is a time, but `{other[:40]}` has no unit"
-    if "-" in text:
+    if re.search(r"(?<![0-9a-z])-", text):
         return "a time cannot be negative"
     if letter not in _TIMED or None in times:
         return f"`[{text[:40]}]` is not a valid time bound of `{letter}`"
@@ -110,9 +117,12 @@ def _time(letter: str, text: str) -> tuple[Op, str] | str | None:
     return _TIMED[letter], end if end and Fraction(start) == 0 else f"{start}:{end}"
 
 
-def _meant(letter: str, text: str) -> str | None:
-    """What to write where one end of a bound is not there."""
+def meant(letter: str, text: str) -> str | None:
+    """What to write for a bound in the signs of others, or where one end of it is not there."""
+    text = spelt(text)
     least, colon, most = text.partition(":")
+    if isinstance(_time(letter, text) or _steps(letter, text), tuple):
+        return f"write `{letter}[{text}]`"
     if letter in _TIMED:
         if milliseconds(least) is not None and colon and not most:
             return f"write `{letter}[>={least}]`"
@@ -123,7 +133,17 @@ def _meant(letter: str, text: str) -> str | None:
             return f"write `{letter}[0:{text.removeprefix(':')}]`"
         if re.fullmatch(r"[0-9]{1,9}:", text):
             return f"write `X[{least}] {letter}`"
+    if letter in _TIMED and re.fullmatch(r"[<>]=[0-9]{1,9}", text):
+        steps = f"{letter}[0:{text[2:]}]" if text[0] == "<" else f"X[{text[2:]}] {letter}"
+        return f"write `{letter}[{text}s]` for seconds" + (f", or `{steps}` for steps" if letter in "FG" else "")
     return None
+
+
+def spelt(text: str) -> str:
+    """A bound, written without blanks, with the signs and units of other languages in ours: `0..3`, `<3seconds`."""
+    for foreign, ours in _SPELLINGS.items():
+        text = re.sub(foreign, ours, text)
+    return text
 
 
 def milliseconds(time: str) -> str | None:

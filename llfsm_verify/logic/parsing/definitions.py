@@ -164,7 +164,7 @@ class Definitions:
         if not any(t.type == "NAME" and (t.text in values or t.text in self._bodies) for t in words.tokens):
             return words
         fragment = self._expand(words, values, ())
-        return Words(fragment, [t for t in tokenise(fragment.text) if t.type != "NEWLINE"])
+        return Words(fragment, [t for t in tokenise(fragment.text) if t.type != "NEWLINE"], words)
 
     def _expand(self, words: Words, values: Mapping[str, str], inside: tuple[str, ...]) -> Fragment:
         """The words on one line, each name replaced by what it stands for."""

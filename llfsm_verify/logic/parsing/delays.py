@@ -1,12 +1,15 @@
-"""The cycle delays of Spot's regular expressions, `{a ##2 b}`: not supported, and no comments either."""
+"""The cycle delays of Spot's and SVA's expressions, `{a ##2 b}`: not supported, and no comments either."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
+from llfsm_verify.logic.parsing.tokens import Token
 
+_DELAY = re.compile(r"[ \t]*(##(?:[0-9]+|\[[^\]\n]*\]))")
 _PIECE = re.compile(r'"[^"\n]*"|[{}]|(?P<delay>##(?:(?P<number>[0-9]+)|\[(?P<range>[^]}\n]*)\]?))|#[^\n]*')
 
 
@@ -27,6 +30,15 @@ def refuse_delays(fragment: Fragment) -> None:
             raise DiagnosticError(
                 Diagnostic(codes.FOREIGN, message, fragment.span(*piece.span()), hint=f"write {_instead(piece)}")
             )
+
+
+def refuse_delay_of_sva(fragment: Fragment, line: Sequence[Token]) -> None:
+    """DiagnosticError (E351): a comment behind a word of `line` begins with `##2` or `##[`, so much would be lost."""
+    for token in line:
+        if found := _DELAY.match(fragment.text, token.end):
+            message = f"`{found[1][:40]}` begins a comment, so what follows would not count"
+            hint = "for a delay of SVA write `a b` in a rule, `p && X[1] q` in a formula; for a comment write `# 1`"
+            raise DiagnosticError(Diagnostic(codes.FOREIGN, message, fragment.span(*found.span(1)), hint=hint))
 
 
 def _instead(piece: re.Match[str]) -> str:

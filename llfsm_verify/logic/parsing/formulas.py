@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from threading import Lock
 from typing import NamedTuple, cast
@@ -94,8 +94,9 @@ def refuse_initially(words: Words, where: str, hint: str = "write it outside, as
     """DiagnosticError (E345): `words` have `initially`, which has no meaning `where`."""
     found = next((i for i, token in enumerate(words.tokens) if token.type == "INITIALLY"), None)
     if found is not None:
-        message = f"`initially` has no meaning {where}"
-        raise words.error(codes.INITIALLY, message, found, found, hint)
+        message, use = f"`initially` has no meaning {where}", words.use(found)
+        notes = () if use is None else (f"`{use.text}` stands for this at {use}",)
+        raise DiagnosticError(Diagnostic(codes.INITIALLY, message, words.span(found, found), notes, hint))
 
 
 def _tokens(words: Words, bounds: dict[int, Bound]) -> Iterator[Token]:
@@ -297,7 +298,7 @@ class _Builder:
 
     def _refuse_initially(self, sign: Token, *operands: _Node) -> None:
         for node in operands if self._initially else ():
-            part = Words(self._words.fragment, self._words.tokens[node.first : node.last + 1])
+            part = replace(self._words, tokens=self._words.tokens[node.first : node.last + 1])
             refuse_initially(part, f"under `{sign.text}`")
 
     def _refuse_chain(self, code: str, left: _Node, right: _Node) -> None:

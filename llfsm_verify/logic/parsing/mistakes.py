@@ -8,13 +8,13 @@ from difflib import get_close_matches
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.lines import kind_meant
+from llfsm_verify.logic.parsing.bounds import meant
 from llfsm_verify.logic.parsing.tokens import BINARY, ENDS_OPERAND, PREFIX, TEMPORAL_PAIRS
 from llfsm_verify.logic.parsing.words import Words
 from llfsm_verify.logic.patterns import SIMPLE
 
 _LETTERS = frozenset("GFXUWRMYZOHST")
-_BOUND = re.compile(r"\s*[<>]=\s*[0-9.]+\s*m?s\b")
-"""A bound in time without its brackets."""
+_BOUND = re.compile(r"\s*[<>]=?\s*[0-9.]+(?:\s*(?:ms|s|min|seconds?|minutes?))?\b")
 _JOINED = re.compile(r"[GFXYZOH]{2,}\Z")
 NO_BITS = "a property has no bit operations: calculate them in a variable, and compare that"
 """What is said where `&`, `<<` and the like stand between numbers."""
@@ -57,6 +57,8 @@ def misfit(words: Words, i: int) -> DiagnosticError:
         hint = f"write `0.{tokens[i + 1].text}`"
     elif token.text in ("<", ">") and before is not None and before.text == token.text:
         hint = NO_BITS
+    elif token.text[0] in "<>" and i and (bound := _bound_meant(words, i - 1)):
+        hint = bound
     return words.error(codes.OPERAND_MISSING, f"something is missing before `{token.text}`", i, i, hint)
 
 
@@ -70,8 +72,9 @@ def refuse_operator(words: Words, i: int) -> None:
 def _joined(words: Words, i: int) -> DiagnosticError:
     word = words.tokens[i].text
     message = f"`{word}` is one word, so it is read as a name, not as an operator"
-    apart = " ".join((*word, words.tokens[i + 1].text.removeprefix("("))).strip()
-    return words.error(codes.JOINED_OPERATORS, message, i, i, f"write `{apart}`")
+    rest = words.rest(i + 1)
+    whole = "" if rest == "…" or rest.count("(") < rest.count(")") else f" {rest}"
+    return words.error(codes.JOINED_OPERATORS, message, i, i, f"write `{' '.join(word)}{whole}`")
 
 
 def _operator_missing(words: Words, i: int) -> DiagnosticError:
@@ -84,7 +87,7 @@ def _operator_missing(words: Words, i: int) -> DiagnosticError:
         hint = "`<>` is the temporal operator F; write `!=` for `not equal`"
     elif token.text == "!":
         hint = "write `!=` for `not equal`" if words.tokens[i + 1 : i + 2] else None
-    elif token.type in ("NAME", "LPAR") and before.type == "NAME" and before.text.lower() in _SPELLINGS:
+    elif token.type in PREFIX | {"NAME", "LPAR"} and before.type == "NAME" and before.text.lower() in _SPELLINGS:
         hint = f"write `{_SPELLINGS[before.text.lower()]}`"
     elif token.type == "NAME" and token.text.lower() in _SPELLINGS:
         hint = f"write `{_SPELLINGS[token.text.lower()]}`"
@@ -92,11 +95,17 @@ def _operator_missing(words: Words, i: int) -> DiagnosticError:
         hint = _instead_of_ctl(before.text)
     elif before.text in ("A", "E") and token.text in ("G", "F", "X"):
         hint = _instead_of_ctl(f"{before.text} {token.text}")
+    elif i == 1 and before.text.lower() in ("define", "def", "let", "macro") and token.type == "NAME":
+        hint = f"write `define {token.text}: {words.rest(2 + [t.type for t in words.tokens[2:3]].count('ASSIGN'))}`"
     elif i == 1 and before.type == "NAME" and (kind := kind_meant(before.text)) is not None:
         hint = f"a property of the kind `{kind}` is a line of its own: `{kind} NAME: …`"
     elif token.type == "COMMA" and [t.type for t in words.tokens[i - 1 : i + 2]] == ["NUMBER", "COMMA", "NUMBER"]:
         hint = f"write `{before.text}.{words.tokens[i + 1].text}`"
     hint = hint or _pattern_meant(words, i) or "write an operator there, such as `&&` or `->`"
+    name, text = words.text(0, min(i - 1, 8)), words.fragment.text[: words.tokens[0].start]
+    begins = token.type in PREFIX - {"NOT"} and not text.rpartition("\n")[2].strip()
+    if hint.startswith("write an operator") and begins and re.fullmatch(r"[A-Za-z_][A-Za-z0-9_-]*", name):
+        hint = f"write `{name}: {words.rest(i)}` where `{name}` is its name, or else {hint.removeprefix('write ')}"
     message = f"there is no operator between `{before.text}` and `{token.text}`"
     return words.error(codes.OPERATOR_MISSING, message, i, i, hint)
 
@@ -114,8 +123,9 @@ _SPELLINGS = {
     "and": "and", "or": "or", "not": "not", "xor": "xor", "implies": "->", "iff": "<->", "until": "U", "weak": "W",
     "release": "R", "v": "R", "always": "G", "globally": "G", "eventually": "F", "finally": "F", "next": "X",
     "since": "S", "triggered": "T", "once": "O", "historically": "H", "previously": "Y", "yesterday": "Y",
+    "initial": "initially", "initially": "initially", "init": "initially",
 }  # fmt: skip
-_PREFIXES = frozenset(word for word, operator in _SPELLINGS.items() if operator in "GFXOHY")
+_PREFIXES = frozenset(word for word, operator in _SPELLINGS.items() if operator in {*"GFXOHY", "initially"})
 
 
 _AS_FORMULA = {
@@ -157,9 +167,14 @@ def _operator_as_name(words: Words, i: int) -> DiagnosticError:
     hint = f'write `"{token.text}"` for a variable of that name'
     if i > 0 and (i + 1 == len(words.tokens) or words.tokens[i + 1].type == "RPAR") and token.type in PREFIX:
         hint = f'write a formula after it, or `"{token.text}"` for a variable of that name'
-    if bound := _BOUND.match(words.fragment.text, token.end):
-        hint = f"{hint}, or `{token.text}[{''.join(bound[0].split())}]` for a bound in time"
+    hint += f", or {bound.removeprefix('write ')}" if (bound := _bound_meant(words, i)) else ""
     return words.error(codes.OPERATOR_AS_NAME, message, i, i, hint)
+
+
+def _bound_meant(words: Words, i: int) -> str | None:
+    """What to write for `F<3s`, where number `i` is the operator."""
+    found = _BOUND.match(words.fragment.text, words.tokens[i].end)
+    return None if found is None else meant(words.tokens[i].text, "".join(found[0].split()))
 
 
 def _misplaced(words: Words, i: int) -> DiagnosticError:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Span
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import TimeBound, time_bound
 from llfsm_verify.logic.formula import Formula
-from llfsm_verify.logic.parsing.bounds import milliseconds
+from llfsm_verify.logic.parsing.bounds import milliseconds, spelt
 from llfsm_verify.logic.parsing.formulas import Parsed, parse_words, refuse_initially
 from llfsm_verify.logic.parsing.tokens import CLOSING, ENDS_OPERAND, OPENING
 from llfsm_verify.logic.parsing.words import Words
@@ -138,7 +139,9 @@ class _Reader:
                 last += 1
                 found = milliseconds(self.tokens[last - 1].text + self.tokens[last].text)
             if found is None:
-                raise self.words.error(codes.PATTERN, "a time is expected after `within`", at, at, "write `within 5s`")
+                times = [spelt("".join(t.text for t in self.tokens[at + 1 : at + i])) for i in (3, 2)]
+                hint = f"write `within {next(t for t in [*times, times[1] + 's', '5s'] if milliseconds(t))}`"
+                raise self.words.error(codes.PATTERN, "a time is expected after `within`", at, at, hint)
             self.bounds = ((self.words.span(at + 1, last), time_bound(found)),)
             bound, rest = found, last + 1
         scope, end = self._scope(i + 2 if rest is None else rest, rest is not None)
@@ -183,7 +186,7 @@ class _Reader:
         if start >= end:
             message = f"a formula is missing next to `{self.tokens[word].text}`"
             raise self.words.error(codes.PATTERN, message, word, word, "write `s responds to p`, `absence of p`")
-        words = Words(self.words.fragment, self.tokens[start:end])
+        words = replace(self.words, tokens=self.tokens[start:end])
         refuse_initially(words, "in a pattern")
         parsed = parse_words(words)
         for key, place in parsed.atoms.items():

@@ -182,7 +182,7 @@ def _no_letter(words: Words, i: int) -> DiagnosticError:
         bare = len(rest) > 2 and rest[0].type == "LPAR" and rest[-1].type == "RPAR"
         inner = words.excerpt(i + 1 + bare, len(words.tokens) - 1 - bare) if rest and i == 0 else "…"
         hint = f'letters have no temporal operators: write `[{inner}]`, or `"{token.text}"` for a variable'
-    elif token.type in ("COMPARE", "IMPLIES", "IFF", "XOR", "MINUS", "ARITHMETIC", "ASSIGN") and i == 1:
+    elif token.type in ("COMPARE", "IMPLIES", "IFF", "XOR", "MINUS", "ARITHMETIC", "ASSIGN") and i in (1, 3):
         hint = f"put a formula into brackets: `[{words.excerpt(0, len(words.tokens) - 1)}]`"
     return words.error(
         codes.REGULAR_LETTER, f"`{token.text}` is not a valid letter of a regular expression", i, i, hint

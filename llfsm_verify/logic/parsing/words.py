@@ -18,6 +18,8 @@ class Words:
 
     fragment: Fragment
     tokens: list[Token]
+    given: Words | None = None
+    """The words in which names stood for some of these."""
 
     def span(self, first: int, last: int) -> Span:
         """The place of the tokens number `first` to `last`, both included."""
@@ -25,6 +27,20 @@ class Words:
 
     def error(self, code: str, message: str, first: int, last: int, hint: str | None = None) -> DiagnosticError:
         return DiagnosticError(Diagnostic(code, message, self.span(first, last), hint=hint))
+
+    def use(self, i: int) -> Span | None:
+        """The place of the name that stands for what has the token number `i` in it; None: it stands there itself."""
+        if self.given is None:
+            return None
+        offsets, tokens, places = self.fragment.offsets, self.given.tokens, self.given.fragment.offsets
+        line = range(places[tokens[0].start], places[tokens[-1].end])
+        start = self.tokens[i].start
+        # what is before the words of a definition has the place of its name, or of what the name follows
+        before = next((offsets[at] for at in range(start, -1, -1) if offsets[at] in line), line.start)
+        if before == offsets[start]:
+            return None
+        name = next(n for n, t in enumerate(tokens) if t.type == "NAME" and places[t.start] >= before)
+        return self.given.span(name, name)
 
     def text(self, first: int, last: int) -> str:
         """What the user wrote, comments dropped and white space folded."""
@@ -40,6 +56,11 @@ class Words:
         """`text`, cut to what fits into a message."""
         text = self.text(first, min(last, first + 60))
         return text if len(text) <= 60 and last - first <= 60 else text[:59] + "…"
+
+    def rest(self, first: int) -> str:
+        """`text` from number `first` on, to be pasted; where that is long or not there, `…`."""
+        text = self.text(first, min(len(self.tokens) - 1, first + 60)) if first < len(self.tokens) else "…"
+        return text if len(text) <= 80 and len(self.tokens) - first <= 60 else "…"
 
     def atom(self, first: int, last: int) -> Fragment:
         """The tokens as an atom: its text is the atom's key (one way of spacing, quotes dropped)."""
@@ -99,6 +120,9 @@ def check_words(words: Words) -> None:
                 line = words.fragment.span(opening.start, opening.end).line
                 message = f"this `{token.text}` does not match the `{opening.text}` of line {line}"
                 raise words.error(codes.STRAY_BRACKET, message, i, i, "close brackets in the order they were opened")
+        elif token.text == "-" and words.fragment.text.startswith(("-- ", "--\t"), token.start):
+            message, hint = "`--` has no meaning in a formula", "a comment begins with `#`"
+            raise words.error(codes.MISPLACED_SIGN, message, i, i + 1, hint)
         elif token.type == "OTHER":
             raise words.error(
                 codes.CHARACTER, f"a formula cannot have the character {_shown(token.text)}", i, i, _say(token)
@@ -122,5 +146,5 @@ def _say(token: Token) -> str | None:
     if token.text in "≤≥≠":
         return "write " + {"≤": "`<=`", "≥": "`>=`", "≠": "`!=`"}[token.text]
     if token.text == ";":
-        return "a property ends with its line"
+        return "remove it: a property ends with its line"
     return None

@@ -55,8 +55,11 @@ class _Spelling:
     expressions: bool = False
 
 
-def write_formula(syntax: str, formula: Formula) -> str:
-    """`formula` in `syntax`; DiagnosticError (E352): it lacks an operator. LimitReached: the text is too long."""
+def write_formula(syntax: str, formula: Formula, limit: int | None = None) -> str:
+    """`formula` in `syntax`; DiagnosticError (E352): it lacks an operator. LimitReached: the text is too long.
+
+    `limit`: stop after about that many characters, with an ellipsis.
+    """
     spelling = SPELLINGS[syntax]
     formula = _said(spelling, formula if spelling.steps else without_steps(formula))
     pieces: list[str] = []
@@ -67,6 +70,9 @@ def write_formula(syntax: str, formula: Formula) -> str:
         if isinstance(top, str):
             pieces.append(top)
             length += len(top)
+            if limit is not None and length > limit:
+                pieces.append("…")
+                break
             if length > MAX_TEXT:
                 message = f"the formula is longer than {MAX_TEXT >> 20} MiB when its shared parts are written out"
                 raise LimitReached(message)
@@ -75,7 +81,9 @@ def write_formula(syntax: str, formula: Formula) -> str:
     text = "".join(pieces)
     return (
         text[1:-1]
-        if text.startswith("(") and (formula.op in spelling.infix or formula.op in TIMED - {"F<=", "G<="})
+        if text.startswith("(")
+        and text.endswith(")")
+        and formula.op in {*spelling.infix, *TIMED, *BINDING} - {"F<=", "G<="}
         else text
     )
 
@@ -107,7 +115,11 @@ def _pieces(spelling: _Spelling, f: Formula) -> Pieces:
     if f.op in spelling.prefix:
         sign = spelling.prefix[f.op]
         bare = f.args[0].op in ("atom", "true", "false") and not sign[-1].isalnum()
-        return [sign, f.args[0]] if bare or f.args[0].op in spelling.infix else [sign, "(", f.args[0], ")"]
+        return (
+            [sign, f.args[0]]
+            if bare or f.args[0].op in {*spelling.infix, "[]->", "<>->"}
+            else [sign, "(", f.args[0], ")"]
+        )
     if f.op in spelling.infix:
         parts: Pieces = ["("]
         for i, a in enumerate(f.args):

@@ -10,7 +10,7 @@ from typing import Protocol
 from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.program.moves import Move
-from llfsm_verify.program.program import Choice, Int, Program
+from llfsm_verify.program.program import Choice, Program
 from llfsm_verify.runtime.debugging.start import Start, Stood
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.loop import LiveCode
@@ -18,7 +18,7 @@ from llfsm_verify.runtime.recording.file import Recording, Turn
 from llfsm_verify.runtime.recording.origin import damaged, free_of
 from llfsm_verify.runtime.recording.replay import Differs, compared, performed
 from llfsm_verify.runtime.recording.ringlets import ringlets
-from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing, Draws
+from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing, Draws, free_inputs, unknown_input
 from llfsm_verify.values import ValueProblem, choice_value, value_text
 
 
@@ -91,6 +91,8 @@ class Free:
 
     def _known(self, name: str) -> Choice:
         if name not in self.settable:
+            if any(v.name == name and v.origin.kind == "input" for v in self.program.vars):
+                raise DebugError(unknown_input(self.program, name))
             known = ", ".join(self.settable) or "none"
             raise DebugError(f"there is no input `{name[:60]}`; what can be set: {known}")
         return self.settable[name]
@@ -153,11 +155,11 @@ def _inits(program: Program) -> dict[str, int]:
 
 def free_value(program: Program, name: str, text: str) -> int | None:
     """The value of an input that never changes and has no `init`; None: there is no such input. DebugError."""
-    var = next((v for v in program.vars if v.free and v.name == name), None)
-    if var is None or not isinstance(var.type, Int):
+    choice = free_inputs(program).get(name)
+    if choice is None:
         return None
     try:
-        return choice_value(Choice(name, var.type, "input", name, var.origin.labels), text)
+        return choice_value(choice, text)
     except ValueProblem as problem:
         raise DebugError(f"{name}: {problem}") from None
 

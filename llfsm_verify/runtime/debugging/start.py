@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from llfsm_verify.backends.native.layout import Layout
-from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.checking.replay.confirm import Letter, Schedule, first_letter
 from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.kripke.observing import atoms_at
 from llfsm_verify.program.program import Expr, Get, Local
 from llfsm_verify.program.trees import nodes
 
@@ -38,7 +38,7 @@ class Start:
 
     def letter(self, execution: Execution) -> Letter | None:
         """The atoms that hold there. None: where an earlier run stood, one of them asks for more than a configuration
-        tells, such as an input."""
+        tells, such as an input. Raises AtomOverflow."""
         if self.stood is None:
             return first_letter(execution, Schedule(self.free, (), None))
         atoms = execution.program.atoms
@@ -46,7 +46,7 @@ class Start:
         if not all(_tells(node, stored) for atom in atoms for node in nodes(atom.expression)):
             return None
         values = execution.layout.decode(self.record(execution))
-        return frozenset(atom.name for atom in atoms if evaluate(atom.expression, values, {}))
+        return frozenset(name for name, holds in atoms_at(atoms, values, {}).items() if holds)
 
 
 def _tells(node: Expr, stored: set[str]) -> bool:

@@ -55,7 +55,10 @@ class Watch:
         self.begin = begin
         self._records = [start.record(self._execution)]
         # A monitor reads on where an earlier run stood: the letter that was made there is not known any more.
-        letter = start.letter(self._execution) if self.is_state or start.stood is None else None
+        try:
+            letter = start.letter(self._execution) if self.is_state or start.stood is None else None
+        except OverflowError as overflow:
+            raise DebugError(f"{overflow} where the run begins") from None
         self._letters: list[Letter | None] = [letter]
         """None: no letter follows that step, or it reads an input whose value there is not known."""
         self._states: list[int] = []

@@ -91,7 +91,13 @@ class FrameMonitors:
         numbers = {name: slot.number(frame) for name, slot in self._slots.items()}
         if frame[NUMBER] == 1:  # before the first cycle nobody has sampled anything
             numbers |= {name: init for name, init in self._inits.items() if name in numbers}
-        letter = self._letters.letter(numbers, ticks=ticks)
+        try:
+            letter = self._letters.letter(numbers, ticks=ticks)
+        except OverflowError as overflow:
+            self._word, self._open = None, f"{overflow} in frame {frame[NUMBER]:,}"
+            for watch in self._watches:
+                watch.unknown(1, within_a_cycle=False)
+            return
         if self._word is not None:
             self._word.append(letter)
             if len(self._word) > MOST_LETTERS:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
-from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Letter
 from llfsm_verify.diagnostics import Span
+from llfsm_verify.kripke.observing import atoms_at
 from llfsm_verify.logic.bounds import TICK
 from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Atom, Choice, Const, Expr, Get, Int, Local, Program
 from llfsm_verify.program.trees import nodes
@@ -41,7 +41,7 @@ class SlotLetters:
         return None if found is None else found.span(0, len(found.text))
 
     def letter(self, numbers: Mapping[str, int], *, ticks: bool) -> Letter:
-        """The letter where the slots have these numbers; `ticks`: time passes after it."""
+        """The letter where the slots have these numbers; `ticks`: time passes after it. Raises AtomOverflow."""
         variables: dict[str, Value] = {}
         arrays: dict[str, list[int]] = {}
         inputs: dict[str, int] = {}
@@ -56,7 +56,7 @@ class SlotLetters:
                 arrays.setdefault(variable, [0] * (self._lengths[variable] or 0))[at] = number
         for variable, values in arrays.items():
             variables[variable] = tuple(values)
-        true = {atom.name for atom in self._atoms if evaluate(atom.expression, variables, inputs)}
+        true = {name for name, holds in atoms_at(self._atoms, variables, inputs).items() if holds}
         return frozenset(true | {TICK}) if ticks and self.timed else frozenset(true)
 
 

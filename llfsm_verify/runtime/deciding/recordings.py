@@ -73,7 +73,9 @@ def check(arrangement: Arrangement, properties: PropertySet, recording: Recordin
             else:
                 watch.decide_on_lasso(stem, loop, assumed=assumed)
     open_end = "the recording ended before a verdict"
-    if recording.damaged or recording.lost:
+    if run.overflow:
+        open_end = run.overflow
+    elif recording.damaged or recording.lost:
         open_end += f": {recording.damaged or recording.lost}"
     return [watch.decided(open_end=open_end) for watch in watches]
 
@@ -129,6 +131,8 @@ class _Performed:
         self._cycle = self._execution.layout.reader(program.cycle)
         self.letters: list[Letter] | None = None
         """All letters, where there is a list for them."""
+        self.overflow = ""
+        """What left 64 bits, so that no letter is known from there on."""
 
     def run(self, turns: Iterable[Turn], watches: Sequence[Watch]) -> bool:
         """Whether the arrangement has ended by itself: the last letter then repeats forever."""
@@ -142,12 +146,20 @@ class _Performed:
             stood = self._code.frames.record_of(first.frame)
             record, step = self._code.layout.relaid(stood, execution.layout, record), first.frame[STEPS]
         else:
-            self._read(first_letter(execution, Schedule(self._free, (), None)), watches, 0, 1)
+            try:
+                self._read(first_letter(execution, Schedule(self._free, (), None)), watches, 0, 1)
+            except OverflowError as overflow:
+                self.overflow = f"{overflow} in the initial configuration"
+                return False
         for move, frame, fails in ringlets(turns, self._code, execution.program, step):
             if fails:
                 return False
-            record = execution.step(record, move).record
+            result = execution.step(record, move)
             step += 1
+            if result.status:
+                self.overflow = f"what a property reads leaves 64 bits in step {step:,}"
+                return False
+            record = result.record
             if move.process is None or not self._by_cycle or self._cycle(record):
                 self._read(atoms_of(execution, record), watches, step, frame)
             if move.process is None:

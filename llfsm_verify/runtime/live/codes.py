@@ -1,7 +1,8 @@
 """The diagnostic codes of runs."""
 
 CODES = {
-    "E483": "The arrangement cannot run as it is: a machine is only a model, or nothing says how long a cycle takes.",
+    "E483": "The arrangement cannot run as it is: a machine is only a model, nothing says how long a cycle takes, or "
+    "what a property reads leaves 64 bits at first.",
     "E484": "The inputs of a trace cannot be repeated in a run.",
     "E485": "A whiteboard cannot be served under that name.",
     "E486": "A whiteboard is not there, has no such slot, or refuses a value.",

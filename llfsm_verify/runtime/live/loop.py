@@ -12,6 +12,7 @@ from llfsm_verify.backends.native.code import BROKEN
 from llfsm_verify.backends.native.context import STATUS, ContextLayout
 from llfsm_verify.backends.native.executor import FULL_EFFORT_LINES, NativeProgram, _nonzero_seed
 from llfsm_verify.backends.native.machine_code import Effort, MachineCode
+from llfsm_verify.kripke.observing import initial_atoms
 from llfsm_verify.monitoring.code import atom_places, monitor_text
 from llfsm_verify.monitoring.lookup import walk_table
 from llfsm_verify.monitoring.states import Monitor
@@ -32,7 +33,7 @@ from llfsm_verify.runtime.live.memory import store, words
 from llfsm_verify.runtime.live.monitors import verdicts_of
 from llfsm_verify.runtime.live.text import live_text
 from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing, representatives
-from llfsm_verify.runtime.stepping.monitored import first_letter, first_states, places
+from llfsm_verify.runtime.stepping.monitored import first_states, places
 from llfsm_verify.runtime.stepping.visited import state_places, states_of, unvisited
 from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.values import Value
@@ -94,7 +95,7 @@ class Loop:
     `period` and `jitter` are in nanoseconds; a period of 0 is a run without waiting. `free` are values of inputs that
     have any value at first. With `seed` the choices in `drawn` are drawn by `law`, and visited states are noted; the
     others have the values of `held`, else their lowest ones. Raises as `NativeProgram.new_context` for a choice or
-    value that there is not.
+    value that there is not, and AtomOverflow where what a monitor reads leaves 64 bits at first.
     """
 
     def __init__(
@@ -146,7 +147,7 @@ class Loop:
             self._control[control.DRAWN] = ctypes.addressof(self._drawn)
             self._control[control.RANDOM] = _nonzero_seed(seed)
             self._control[control.VISITED] = ctypes.addressof(self._visited)
-        letter = first_letter(code.program, code.layout, self.record)
+        letter = initial_atoms(code.program, code.layout, self.record)
         first = first_states(code.tables, code.atoms, letter)
         self._states = words(len(first))
         store(first, self._states)

@@ -14,8 +14,8 @@ from llfsm_verify.monitoring.states import Monitor
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.monitors import monitors_of
-from llfsm_verify.runtime.live.preparing import drawn_choices, free_values, runnable, safe_values, starting_values
-from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing
+from llfsm_verify.runtime.live.preparing import drawn_choices, runnable, safe_values, starting_values
+from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing, free_values
 from llfsm_verify.runtime.stepping.random_run import input_problem
 from llfsm_verify.values import choice_value
 
@@ -103,10 +103,10 @@ def plan(
     cycle = arrangement.cycle_ms
     assert cycle is not None, "a timed arrangement has it"
     program, monitors, unmonitored = monitored(arrangement, properties)
-    free = free_values(program, held)
-    problem = input_problem(program, {name: text for name, text in held.items() if name not in free})
+    problem = input_problem(program, held)
     if problem is not None:
         raise ValueError(problem)
+    free = free_values(program, held)
     values = {c.name: choice_value(c, held[c.source]) for c in program.choices if c.source in held}
     return Plan(arrangement, program, cycle, free, values, monitors, unmonitored)
 

@@ -8,12 +8,12 @@ from fractions import Fraction
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.program.program import Choice, Int, Program
+from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live.codes import IMPOSSIBLE, UNREPEATABLE
 from llfsm_verify.runtime.live.loop import Prescribed
 from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.semantics.storage import leaf_values, leaves
-from llfsm_verify.values import Value, ValueProblem, choice_value
+from llfsm_verify.values import Value
 
 
 def runnable(arrangement: Arrangement, *, simulated: bool, cycle_ms: Fraction | None = None) -> Arrangement:
@@ -65,24 +65,6 @@ def starting_values(program: Program) -> dict[str, int]:
     first: dict[str, int] = {i.name: i.init for i in program.inputs}
     first |= {v.name: v.init for v in program.vars if v.origin.kind == "input" and isinstance(v.init, int)}
     return {c.name: first[c.input] for c in program.choices if c.input in first}
-
-
-def free_values(program: Program, held: Mapping[str, str]) -> dict[str, int]:
-    """The values of inputs that never change and have no `init`, by name: those of `held`, else what `init` would be.
-
-    ValueError: one of `held` has no such value.
-    """
-    found: dict[str, int] = {}
-    for var in program.vars:
-        if var.free and isinstance(var.type, Int) and isinstance(var.init, int):
-            found[var.name] = var.init
-            if var.name in held:
-                choice = Choice(var.name, var.type, "input", var.name, var.origin.labels)
-                try:
-                    found[var.name] = choice_value(choice, held[var.name])
-                except ValueProblem as problem:
-                    raise ValueError(f"{var.name}: {problem}") from None
-    return found
 
 
 def drawn_choices(program: Program, held: Mapping[str, int], fed: Container[str] = ()) -> list[str]:

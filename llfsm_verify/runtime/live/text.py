@@ -2,6 +2,9 @@
 
 It calls nothing of the system but `clock_gettime`, `clock_nanosleep` and, where somebody wants to be woken, `sendto`
 that does not wait, so it needs no lock of Python's and nothing of Python can delay it.
+
+Turn k is due at base + k * period. It begins no sooner than the turn before it plus a period less the jitter. A turn
+that is late by a period or more moves the base, so missed turns are not caught up in a burst.
 """
 
 from __future__ import annotations

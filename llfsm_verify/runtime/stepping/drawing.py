@@ -9,9 +9,11 @@ from fractions import Fraction
 from random import Random
 from typing import NamedTuple
 
-from llfsm_verify.program.program import Choice, Int, Program
+from llfsm_verify.program.dependence import blocks
+from llfsm_verify.program.program import Choice, Int, Program, Set
+from llfsm_verify.program.trees import statements
 from llfsm_verify.registry import meant
-from llfsm_verify.runtime.stepping.duration import duration_ms
+from llfsm_verify.runtime.stepping.duration import duration_ms, excess
 from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.values import ValueProblem, choice_value
 
@@ -19,6 +21,8 @@ FEWEST = 5
 """Cycles of a stretch by default, at least."""
 LONGEST_MS = 60_000
 """Of a stretch by default, unless that is fewer cycles."""
+MOST_CYCLES = 10**12 - 1
+"""Of a stretch."""
 ALL = (1 << 64) - 1
 ROW = 3
 """Words of a choice in `table`, and of a piece."""
@@ -63,6 +67,15 @@ class Drawing:
         """Whether it keeps its value for stretches."""
         return self.hold is not None and choice.kind != "age" and not choice.name.startswith(OPERATOR)
 
+    def drawn(self, choice: Choice, source: Random) -> int:
+        """A new value."""
+        pieces = self.of(choice)
+        if not pieces:
+            return source.randint(choice.type.low, choice.type.high)
+        word = source.getrandbits(64)
+        piece = next(piece for piece in pieces if word <= piece.until)
+        return piece.low + source.randrange(piece.size)
+
     def table(self, choices: Sequence[Choice], represented: Sequence[int], parts: int) -> list[int]:
         """For machine code (`backends.native.loops`, draw), as words with a sign.
 
@@ -99,12 +112,12 @@ class Draws:
         for choice in choices:
             name = choice.source
             if not self.how.holds(choice):
-                found[choice.name] = self._drawn(choice, source)
+                found[choice.name] = self.how.drawn(choice, source)
                 continue
             if name not in known:
                 known.add(name)
                 if name not in self.values or source.random() < self._change:
-                    self.values[name] = self._drawn(choice, source)
+                    self.values[name] = self.how.drawn(choice, source)
             found[choice.name] = self.values[name]
         return found
 
@@ -123,13 +136,27 @@ class Draws:
             if self.how.holds(choice) and choice.source in self.values:
                 self.values[choice.source] = value + (1 << 64) if value < choice.type.low else value
 
-    def _drawn(self, choice: Choice, source: Random) -> int:
-        pieces = self.how.of(choice)
-        if not pieces:
-            return source.randint(choice.type.low, choice.type.high)
-        word = source.getrandbits(64)
-        piece = next(piece for piece in pieces if word <= piece.until)
-        return piece.low + source.randrange(piece.size)
+
+def free_inputs(program: Program) -> dict[str, Choice]:
+    """The inputs that have any value at first and keep it (`changes: never` without `init`), as choices."""
+    free = [(v, v.type) for v in program.vars if v.free and isinstance(v.type, Int)]
+    return {v.name: Choice(v.name, kind, "input", v.name, v.origin.labels) for v, kind in free}
+
+
+def free_values(
+    program: Program, held: Mapping[str, str], law: Drawing = ANEW, seed: int | None = None
+) -> dict[str, int]:
+    """The values of `free_inputs` in a run: those of `held`, else drawn, else what `init` would be.
+
+    The value of one depends on its name and the seed alone, and no other one on it. ValueProblem: see `choice_value`.
+    """
+    found = {v.name: v.init for v in program.vars if v.free and isinstance(v.init, int)}
+    for name, choice in free_inputs(program).items():
+        if name in held:
+            found[name] = choice_value(choice, held[name])
+        elif seed is not None:
+            found[name] = law.drawn(choice, Random(f"{name} {seed}"))  # noqa: S311 - no secrets
+    return found
 
 
 def representatives(program: Program, names: set[str], *, single: bool = False) -> list[int]:
@@ -165,12 +192,15 @@ def hold_of(text: str, program: Program) -> Fraction | None:
     """Cycles of a stretch: ``5s``, ``20cycles``, or ``none``. ValueError."""
     if text == "none":
         return None
-    count = re.fullmatch(r"([0-9]{1,12}) ?cycles?", text, re.ASCII)
-    if count and int(count[1]):
+    count = re.fullmatch(r"0*([1-9][0-9]*) ?cycles?", text, re.ASCII)
+    if count and len(count[1]) > len(str(MOST_CYCLES)):
+        raise ValueError(f"`{text[:40]}` is more than the largest number of cycles, {MOST_CYCLES:,}")
+    if count:
         return Fraction(int(count[1]))
     time = duration_ms(text) if text[-1:].isalpha() else None
     if time is None:
-        raise ValueError(f"`{text[:40]}` is neither a time such as 5s, a number of cycles such as 20cycles, nor `none`")
+        usual = f"`{text[:40]}` is neither a time such as 5s, a number of cycles such as 20cycles, nor `none`"
+        raise ValueError(excess(text) or usual)
     if program.period is None:
         raise ValueError(f"`{text[:40]}` is a time, and the arrangement is untimed: write cycles, such as 20cycles")
     return time / program.period
@@ -192,7 +222,7 @@ def drawing_of(program: Program, hold: str | None, draw: Mapping[str, str], give
 
 
 def _weights(program: Program, name: str, text: str, given: Collection[str]) -> tuple[Choice, dict[int, Fraction]]:
-    choices = {choice.source: choice for choice in program.choices if choice.kind != "age"}
+    choices = drawable(program) | free_inputs(program)
     if name not in choices:
         raise ValueError(unknown_input(program, name))
     if name in given:
@@ -241,14 +271,23 @@ def _pieces(choice: Choice, weights: Mapping[int, Fraction]) -> tuple[Piece, ...
     return tuple(found)
 
 
+def drawable(program: Program) -> dict[str, Choice]:
+    """By the names of users: what a step may choose, but the ages of untimed states."""
+    return {choice.source: choice for choice in program.choices if choice.kind != "age"}
+
+
 def unknown_input(program: Program, name: str) -> str:
-    """What is said of a name that is no input that a step reads."""
-    choices = {choice.source: choice for choice in program.choices if choice.kind != "age"}
-    written = {v.name: v for v in program.vars if v.origin.kind == "input"}
-    chosen = ", ".join(c.name for c in program.choices if c.kind == "choose")
-    if name in written and written[name].free:
-        return f"`{name}` never changes while it runs"
-    if name in written and chosen:
-        return f"`{name}` is written by the model of the surroundings; what it chooses can be set: {chosen}"
+    """What is said of a name that is not that of an input, or of one that has its value already."""
+    free = free_inputs(program)
+    choices = drawable(program) | free
+    if name in free:
+        return f"`{name}` never changes while it runs: set it for the whole run"
+    if any(v.name == name and v.origin.kind == "input" for v in program.vars):
+        sets = (s for block, _ in blocks(program) for s in statements(block) if isinstance(s, Set))
+        if all(s.var != name for s in sets):
+            return f"`{name}` never changes: it has its `init` throughout"
+        chosen = ", ".join(c.name for c in program.choices if c.kind == "choose")
+        can = f"; what it chooses can be set: {chosen}" if chosen else ""
+        return f"`{name}` is written by the model of the surroundings{can}"
     known = ", ".join(choices) or "none that a step reads"
     return f"`{name}` is not an input of the arrangement; inputs: {known}{meant(name, choices)}"

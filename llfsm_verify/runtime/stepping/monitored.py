@@ -9,15 +9,14 @@ from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.native.code import BROKEN
 from llfsm_verify.backends.native.context import DRAWN, ENDED, PROCESS, RANDOM, STATUS, ContextLayout
 from llfsm_verify.backends.native.executor import FULL_EFFORT_LINES, RUN_PORTION, Event, NativeProgram, _nonzero_seed
-from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.native.loops import Between, fill, run_loop
 from llfsm_verify.backends.native.machine_code import MachineCode
-from llfsm_verify.backends.reference import evaluate
+from llfsm_verify.kripke.observing import initial_atoms
 from llfsm_verify.monitoring.code import Place, atom_places, monitor_text
 from llfsm_verify.monitoring.lookup import Stepping, WalkTable, walk_table
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing
-from llfsm_verify.runtime.stepping.simulation import Simulation
+from llfsm_verify.runtime.stepping.simulation import Simulation, SimulationOverflow
 from llfsm_verify.values import Shown
 
 FOR_EVER = 1 << 62
@@ -36,7 +35,8 @@ class MonitoredSimulation(Simulation):
     def __init__(
         self, program: Program, monitors: Mapping[str, Stepping], seed: int | None = None, law: Drawing = ANEW
     ) -> None:
-        """ValueError: a monitor reads what the program's letters do not show. MonitorTooLarge: see `walk_table`."""
+        """ValueError: a monitor reads what the program's letters do not show. MonitorTooLarge: see `walk_table`.
+        SimulationOverflow: what a monitor reads leaves 64 bits in the first configuration."""
         native = NativeProgram(program, events=True)
         self.names = tuple(monitors)
         self._tables = [walk_table(monitor) for monitor in monitors.values()]
@@ -54,7 +54,10 @@ class MonitoredSimulation(Simulation):
 
     def _begin(self, seed: int | None, free: Mapping[str, int]) -> None:
         super()._begin(seed, free)
-        letter = first_letter(self.program, self._layout, self.record)
+        try:
+            letter = initial_atoms(self.program, self._layout, self.record)
+        except OverflowError:
+            raise SimulationOverflow from None
         self._states = first_states(self._tables, self._atoms, letter)
         self.settled: dict[str, int] = {}
         """The monitors that are settled (in a state that is never left), each with the ringlets taken until then."""
@@ -140,13 +143,6 @@ class MonitoredSimulation(Simulation):
 def places(program: Program, native: NativeProgram) -> dict[str, Place]:
     """Where records show the atoms. A Bool takes a bit."""
     return {atom.name: native.layout.fields[atom.output].place(0) for atom in program.atoms}
-
-
-def first_letter(program: Program, layout: Layout, record: bytes) -> dict[str, bool]:
-    """The atoms over an initial configuration, with inputs at their `init`."""
-    values = layout.decode(record) | {v.name: v.init for v in program.vars if v.output}
-    inputs = {f"input:{i.name}": i.init for i in program.inputs}
-    return {atom.name: bool(evaluate(atom.expression, values, inputs)) for atom in program.atoms}
 
 
 def first_states(

@@ -15,11 +15,17 @@ from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.word import truth
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice, FaultSite, Program
-from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing, Draws, unknown_input
+from llfsm_verify.runtime.stepping.drawing import (
+    ANEW,
+    Drawing,
+    Draws,
+    drawable,
+    free_inputs,
+    free_values,
+    unknown_input,
+)
 from llfsm_verify.runtime.stepping.visited import Visits
 from llfsm_verify.values import ValueProblem, choice_value
-
-NOTHING = Schedule((), (), None)
 
 Values = Mapping[str, str]
 """Texts of values by inputs."""
@@ -39,7 +45,7 @@ class RandomRun:
 
     It ends where the state formula `until` is true. `drawn` are the choices to draw, in this order; others that the
     program has (since a formula looks at them) are drawn beside, so that a formula does not change the run. `law` says
-    how often, and with which probabilities.
+    how often, and with which probabilities. With a `seed`, inputs that never change are drawn from it.
     """
 
     def __init__(
@@ -51,6 +57,7 @@ class RandomRun:
         until: Formula | None = None,
         drawn: Sequence[str] | None = None,
         law: Drawing = ANEW,
+        seed: int | None = None,
     ) -> None:
         self._execution = execution
         self._script = script
@@ -64,13 +71,16 @@ class RandomRun:
         self._others = [c for c in choices if c.name not in set(order)]
         self._draws = Draws(law, len(execution.program.slots))
         self._until = until
-        self._record = execution.start()
+        first = {**script.steps.get(0, {}), **script.times.get(Fraction(0), {})}
+        self.free = tuple(free_values(execution.program, first, law, seed).items())
+        """The values of inputs that never change and have no `init`."""
+        self._record = execution.start(self.free)
         self.visits = Visits(execution.program, execution.layout)
         self.visits.see(self._record)
         self._inputs: dict[str, str] = {}
         self._waiting = sorted(script.times)
         self._cycles: dict[int, int] = {}
-        self._letter: Letter = frozenset() if until is None else first_letter(execution, NOTHING)
+        self._letter: Letter = frozenset()
         self.initial = execution.shown(self._record)
         self.before: tuple[TraceStep, ...] = ()
         """The steps of a run from whose end on this one goes."""
@@ -79,16 +89,27 @@ class RandomRun:
         self.fault: FaultSite | None = None
         self.overflowed = False
         self.ended = False
+        self._begin(Schedule(self.free, (), None))
+
+    def _begin(self, schedule: Schedule) -> None:
+        """Stand at the beginning of a schedule, where what is looked for may leave 64 bits."""
+        self.free = schedule.free
+        self._record = self._execution.start(schedule.free)
+        try:
+            self._letter = frozenset() if self._until is None else first_letter(self._execution, schedule)
+        except OverflowError:
+            self.overflowed = True
 
     @property
     def reached(self) -> bool:
         """What is looked for is true now."""
-        return self._until is not None and truth(self._until, self._letter)
+        return self._until is not None and not self.overflowed and truth(self._until, self._letter)
 
     def follow(self, schedule: Schedule) -> None:
         """Begin where this run ends: its loop is taken once, and a step that ends in a fault not at all. Misfit: the
         program cannot follow it."""
-        self._record = self._execution.start(schedule.free)
+        self._begin(schedule)
+        unknown, self.overflowed = self.overflowed, False
         steps: list[TraceStep] = []
         for move in schedule.ringlets:
             enabled = self._execution.enabled(self._record)
@@ -101,11 +122,14 @@ class RandomRun:
                 self.fault, self.overflowed = None, False
                 break
             steps.append(step)
+        self.overflowed = unknown and not any(step.observed for step in steps)
         self.before = tuple(steps)
         self.initial = self._execution.shown(self._record)
 
     def steps(self, steps: int | None, cycles: int | None) -> Iterator[TraceStep]:
         """Until there were `steps` ringlets or `cycles` cycles more, or the run ended."""
+        if self.overflowed:
+            return
         number = done = 0
         self._inputs.update(self._script.steps.get(0, {}))
         limit = steps if steps is not None or cycles is not None else DEFAULT_STEPS
@@ -168,9 +192,9 @@ def _refuse_missing(program: Program, move: Move, read: Sequence[int]) -> None:
             raise Misfit(f"a step reads `{name}`, which the run does not give", name)
 
 
-def input_problem(program: Program, inputs: Mapping[str, str]) -> str | None:
-    """Why these inputs cannot be given, or None."""
-    choices = {choice.source: choice for choice in program.choices if choice.kind != "age"}
+def input_problem(program: Program, inputs: Mapping[str, str], *, later: bool = False) -> str | None:
+    """Why these inputs cannot be given at the beginning, or `later`; None: they can."""
+    choices = drawable(program) | ({} if later else free_inputs(program))
     for name, text in inputs.items():
         if name not in choices:
             return unknown_input(program, name)

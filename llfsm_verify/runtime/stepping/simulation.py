@@ -10,7 +10,7 @@ from typing import Self
 
 from llfsm_verify.backends.native.executor import ENDED, OVERFLOW, Event, NativeProgram
 from llfsm_verify.program.program import Choice, FaultSite, Input, Int, Program
-from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing, Draws
+from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing, Draws, free_values, unknown_input
 from llfsm_verify.values import Shown, ValueProblem, number_of, shown
 
 __tracebackhide__ = True
@@ -40,8 +40,9 @@ class SimulationOverflow(SimulationError):
 class Simulation:
     """Steps a program from its first initial configuration.
 
-    Inputs that a call does not choose are drawn at random from `seed`, by `law`; without a seed they have their lowest
-    values. Processes take turns likewise: drawn at random, or one after the other. Equal seeds give equal runs.
+    Inputs that a call does not choose are drawn at random from `seed`, by `law`, those that never change once; without
+    a seed they have their lowest values. Processes take turns likewise: drawn at random, or one after the other. Equal
+    seeds give equal runs.
     """
 
     def __init__(self, program: Program | NativeProgram, seed: int | None = None, law: Drawing = ANEW) -> None:
@@ -60,7 +61,8 @@ class Simulation:
         self._random = None if seed is None else Random(seed)  # noqa: S311 - a reproducible sequence is wanted
         self._turn = 0
         self._draws = Draws(self._law, len(self.program.slots))
-        self.record = self._layout.first(free)
+        drawn = {} if seed is None else free_values(self.program, {}, self._law, seed)
+        self.record = self._layout.first({**drawn, **free})
         """Where the simulation stands (see `backends.native.layout`); may be set to go elsewhere."""
         self.events: tuple[Event, ...] = ()
         """What happened in the last ringlet or cycle: kind, index of the machine, arguments. Empty after `run`."""
@@ -238,6 +240,8 @@ class Simulation:
             choices = self._named.get(name, ())
             unread = [i for i in self.program.inputs if i.name == name]
             if not choices and not unread:
+                if any(v.name == name and v.origin.kind == "input" for v in self.program.vars):
+                    raise ValueError(unknown_input(self.program, name))
                 known = sorted({c.source for c in self.program.choices} | {i.name for i in self.program.inputs})
                 raise ValueError(f"there is no input {name!r}, only {', '.join(known) or 'none at all'}")
             for choice in choices:

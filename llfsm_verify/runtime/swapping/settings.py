@@ -11,18 +11,20 @@ from typing import Literal
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.replacing import Change, Replacement
-from llfsm_verify.diagnostics import Source
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.jsonvalue import Json
+from llfsm_verify.kripke.observing import AtomOverflow
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.program.program import Int
+from llfsm_verify.runtime.live.codes import IMPOSSIBLE
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.plan import NONE, Plan, plan
 from llfsm_verify.runtime.live.run import Run, Running
 from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.recording.file import Recorder
 from llfsm_verify.runtime.recording.origin import header_of
-from llfsm_verify.runtime.stepping.drawing import ANEW, drawing_of
+from llfsm_verify.runtime.stepping.drawing import ANEW, drawing_of, free_values
 from llfsm_verify.runtime.swapping.limits import DEFAULT
 from llfsm_verify.runtime.whiteboard.shared import Shared
 
@@ -88,12 +90,21 @@ class RunSettings:
         self, how: Plan, code: LiveCode, *, rounds: int, free: Mapping[str, int] = MappingProxyType({}),
         script: Sequence[Prescribed] = (),
     ) -> Loop:  # fmt: skip
-        """The loop of the first run. ValueError: see `Plan.period`, and `drawing_of`."""
+        """The loop of the first run. ValueError: see `Plan.period`, and `drawing_of`. DiagnosticError (E483): what a
+        property reads leaves 64 bits before the first turn."""
         law = ANEW if self.seed is None else drawing_of(how.program, self.hold, self.draw, self.held)
-        return how.loop(
-            code, period=how.period(self.rate), rounds=rounds, seed=self.seed, law=law, jitter=self.jitter,
-            strict=self.strict, stops_on_violation=self.stops_on_violation, free=free, fed=self.fed, script=script,
-        )  # fmt: skip
+        free = {**free_values(how.program, self.held, law, self.seed), **free}
+        try:
+            return how.loop(
+                code, period=how.period(self.rate), rounds=rounds, seed=self.seed, law=law, jitter=self.jitter,
+                strict=self.strict, stops_on_violation=self.stops_on_violation, free=free, fed=self.fed, script=script,
+            )  # fmt: skip
+        except AtomOverflow as overflow:
+            atom = next((line.atoms[overflow.atom] for line in self.properties if overflow.atom in line.atoms), None)
+            span = None if atom is None else atom.span(0, len(atom.text))
+            message = f"{overflow} in the initial configuration, so a run cannot monitor it"
+            hint = "leave out the property; `llfsm verify` also says that it is unknown"
+            raise DiagnosticError(Diagnostic(IMPOSSIBLE, message, span, hint=hint)) from None
 
     def loop(self, arrangement: Arrangement) -> tuple[Arrangement, Loop]:
         """The arrangement as it runs, and a loop at its beginning. DiagnosticError, ValueError: it cannot run so."""

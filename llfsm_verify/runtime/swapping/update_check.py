@@ -94,7 +94,7 @@ def check_update(question: Question, budget: Budget) -> Accepted | Refusal:
             return _UpdateCheck(question, budget).outcome()
     except Untransferable as problem:
         return Refusal(str(problem))
-    except (LimitReached, AutomatonTooLarge, MonitorTooLarge, TooManyEdges, MemoryError) as limit:
+    except (LimitReached, AutomatonTooLarge, MonitorTooLarge, TooManyEdges, MemoryError, OverflowError) as limit:
         return Refusal(f"{UNKNOWN}: {str(limit) or 'the memory ran out'}")
 
 

@@ -9,12 +9,13 @@ from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.kripke.explore import MAX_ROOTS, Explorer
 from llfsm_verify.kripke.labels.wide import labels_of
+from llfsm_verify.kripke.observing import initial_atoms
 from llfsm_verify.limits import Budget
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.monitoring.lookup import walk_table
 from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.runtime.live.plan import decidable
-from llfsm_verify.runtime.stepping.monitored import first_letter, first_states
+from llfsm_verify.runtime.stepping.monitored import first_states
 from llfsm_verify.runtime.swapping.monitor_program import monitor_name, with_monitors, within_names
 from llfsm_verify.values import Value
 
@@ -71,10 +72,10 @@ class Version:
         return all(read is not None and read(configuration) for read in self._ended)
 
     def beginnings(self) -> Iterator[bytes]:
-        """The initial configurations, the first letter read."""
+        """The initial configurations, the first letter read. Raises AtomOverflow."""
         layout, atoms = Layout.of(self.plain), [m.atoms for m in self.monitors.values()]
         for record in layout.initial(MAX_ROOTS):
-            letter = first_letter(self.plain, layout, record)
+            letter = initial_atoms(self.plain, layout, record)
             yield self.with_states(layout.decode(record), list(first_states(self.tables, atoms, letter)))
 
     def with_states(self, values: Mapping[str, Value], states: Sequence[int]) -> bytes:

@@ -138,6 +138,16 @@ def test_a_calculation_that_is_too_wide_is_refused_at_a_declaration(tmp_path):
     assert done.returncode == 3 and re.search(r"\.yaml:\d+:\d+: error\[E421\]", done.stderr)
 
 
+@pytest.mark.parametrize("wanted", ["smv", "promela"])
+def test_a_number_that_is_too_wide_is_refused_where_it_is_written(tmp_path, wanted):
+    large, small = one_machine(tmp_path, "0..9", "if (x < 18446744073709551616) x = 1;"), tmp_path / "small"
+    small.mkdir()
+    fine = one_machine(small, "0..9", "x = 1;")
+    for words, place in (((large,), r"\.yaml:\d+:\d+"), ((fine, "-p", "a: G x < -18446744073709551616"), "1:10")):
+        done = llfsm("kripke", *words, "--format", wanted)
+        assert done.returncode == 3 and re.search(place + r": error\[E421\]: `-?18446744073709551616` ", done.stderr)
+
+
 def test_help_names_what_there_is():
     text = " ".join(llfsm("kripke", "--help").stdout.split())
     assert all(word in text for word in ("graphml", "npz", "promela", "--partial", "exit codes"))

@@ -32,6 +32,7 @@ from llfsm_verify.runtime.stepping.drawing import (
     Draws,
     default_hold,
     drawing_of,
+    free_inputs,
     hold_of,
     representatives,
 )
@@ -148,7 +149,8 @@ def test_without_stretches_runs_are_as_they_were_before(which: str) -> None:
     law = law_of(which, "none")
     assert digest([(move.process, sorted(move.choices.items())) for move in moves(which, law)]) == drawn
     assert digest(frames(which, law)) == live
-    simulation, records = Simulation(program(which), 5, law), []
+    lowest = {name: choice.type.low for name, choice in free_inputs(program(which)).items()}
+    simulation, records = Simulation(program(which), 5, law).anew(5, lowest), []
     for _ in range(40):
         simulation.ringlet()
         records.append(simulation.record.hex())
@@ -325,6 +327,10 @@ schedule: [m]
     [
         (LIGHTS, "5", "", "hold `5` is neither a time such as 5s, a number of cycles such as 20cycles, nor `none`"),
         (LIGHTS, "0cycles", "", "hold `0cycles` is neither"),
+        (LIGHTS, "1000000001s", "", "hold `1000000001s` is longer than the longest time, 1,000,000,000 s"),
+        (LIGHTS, f"{'9' * 99}h", "", f"hold `{'9' * 40}` is longer than the longest time, 1,000,000,000 s"),
+        (LIGHTS, "1e999999999s", "", "hold `1e999999999s` is neither"),
+        (MIXED, "1000000000000cycles", "", "hold `1000000000000cycles` is more than the largest number of cycles, 99"),
         (LIGHTS, "-3s", "", "hold `-3s` is neither"),
         (LIGHTS, "", "", "hold `` is neither"),
         (MIXED, "5s", "", "hold `5s` is a time, and the arrangement is untimed: write cycles, such as 20cycles"),
@@ -342,7 +348,7 @@ schedule: [m]
         (MIXED, None, "speed=0.5", "draw `speed` is not true or false: write speed=VALUE:PROBABILITY"),
         (MIXED, None, "heat=1.5:0.1,1.50:0.2", "draw heat: the value `1.50` is given twice"),
         (MIXED, None, "a.UP.age=0.5", "draw `a.UP.age` is not an input"),
-        (WORKSHOP, None, "limit=1:0.5", "draw `limit` never changes while it runs"),
+        (WORKSHOP, None, "limit=3:0.5", "draw limit: `3` is not a number from 1 to 2"),
         (LIFT, None, "level=0.5", "draw `level` is written by the model of the surroundings"),
     ],
 )

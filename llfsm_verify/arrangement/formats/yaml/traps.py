@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.codes import HINTS
 from llfsm_verify.arrangement.formats.yaml.indentation import misindented, tab_in_front
-from llfsm_verify.arrangement.formats.yaml.unfinished import missing, unclosed, value_before
+from llfsm_verify.arrangement.formats.yaml.unfinished import behind, missing, slipped, unclosed, value_before
 from llfsm_verify.arrangement.model import ACTION_KINDS
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
 
@@ -24,7 +24,7 @@ _PLAIN_VALUE = re.compile(
 )
 _EATEN = re.compile(r"""^[!&*@`%\[{]|^["'].*["']\s*[^\s,}#]|: |:$""")
 
-_NEXT = re.compile(r"[,;][ \t]*\w+[ \t]*:(?=[ \t])|[ \t](?:to|lint)[ \t]*:(?=[ \t])")
+_NEXT = re.compile(r"[,;][ \t]*\w+[ \t]*:(?=[ \t])|[ \t](?:to|lint|role|type|changes|safe|transitions)[ \t]*:(?=[ \t])")
 """Where the next entry begins, whether a comma is before it or not."""
 
 
@@ -62,19 +62,18 @@ def explain(source: Source, error: yaml.YAMLError) -> Diagnostic:
     position = getattr(error, "position", None)
     at = int(mark.index) if mark is not None else int(position) if isinstance(position, int) else 0
     at = min(at, max(0, len(source.text) - 1))
-    tab = tab_in_front(source, at)
-    if tab is not None:
-        return tab
-    opened = unclosed(source, error, at)
-    if opened is not None:
-        return opened
+    trap = suspect(source, at)
+    better = tab_in_front(source, at) or unclosed(source, error, at) or slipped(source, error, at)
+    if better is None and (trap is None or trap[1] == "init" or trap[0].text[:1] not in ("{", "[")):
+        better = behind(source, error, at)
+    if better is not None:
+        return better
     problem = str(getattr(error, "problem", None) or getattr(error, "reason", None) or "unreadable text")
     context = getattr(error, "context", None)
     line_start = source.text.rfind("\n", 0, at) + 1
     indentation: Diagnostic | None = None
     if str(context).startswith("while parsing a block") and not source.text[line_start:at].strip():
         indentation = misindented(source, at)
-    trap = suspect(source, at)
     if trap is not None and (indentation is None or trap[0].end > line_start):
         return eaten(*trap)
     inside = value_before(source, at)  # a second `:` on a line, which no indentation mends

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from llfsm_verify.arrangement.formats.documents import KEYS
 from llfsm_verify.arrangement.model import ACTION_KINDS
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
 
@@ -12,7 +13,19 @@ if TYPE_CHECKING:
     import yaml
 
 _CLOSING = {"{": "}", "[": "]"}
-_KEY = re.compile(r"[ \t]*(?:-[ ]+)*([\w.-]+)[ \t]*:[ \t]+(\()?")
+_KEY = re.compile(r"[ \t]*(?:-[ ]+)*([\w.-]+)[ \t]*:[ \t]+")
+_SLIPS = {
+    r"(?:-[ ]+)*-([\[{].*|[A-Za-z_]\w*:(?:[ ].*)?)": ("a blank is missing after `-`", r"write `- \1`"),
+    r"((?:-[ ]+)*(?:[\w.-]+:[ ]+(?=[\w.-]+:[ ]))?)([\w.-]+:[ ][^{[]*\})": ("`{` is missing", r"write `\1{\2`"),
+    r"((?:-[ ]+)*(?:[\w.-]+:[ ]+)?)[(<]([\w.-]+:[ ].*)[)>],?": ("keys and values stand in `{…}`", r"write `\1{\2}`"),
+    r"((?:-[ ]+)*([A-Za-z_]\w*))[ ]*=?[ ]*([\[{].*)": (r"`:` is missing after `\2`", r"write `\1: \3`"),
+}
+"""What is wrong on the line of a complaint, or on the one above it (only the first of them)."""
+_UNMARKED = re.compile(r"[ ]*((?:-[ ]+)*([A-Za-z_]\w*))((?:[ ]+[^\s=:][^:]*)?)$")
+_LINE = re.compile(r"^(?![ ]*(?:#|$)).*", re.MULTILINE)
+_NAMED = re.compile(r"(?:types|tables|whiteboard|machines|variables|parameters|processes):$")
+"""Keys below which users choose the keys."""
+_TYPED = re.compile(r"(bool|u?int\d*|-?\d+\.\.-?\d+)[ ]+([A-Za-z_]\w*)(?:[ ]*=[ ]*([^\s;]+))?[ ]*[;,]?")
 _TO = re.compile(rf"^[ \t]*(?:-[ ]+)*(?:{'|'.join(ACTION_KINDS)})[ \t]*:", re.MULTILINE)
 
 
@@ -21,7 +34,7 @@ def unclosed(source: Source, error: yaml.YAMLError, at: int) -> Diagnostic | Non
     complaint, or on the line of it."""
     context, begin = str(getattr(error, "context", "")), _begin(error)
     if begin is None:
-        return _unopened(source, at)
+        return None
     if begin >= len(source.text) and source.text.rstrip().endswith(("[", "{")):
         begin = len(source.text.rstrip()) - 1
     sign, span = source.text[begin : begin + 1], Span(source, begin, begin + 1)
@@ -60,21 +73,57 @@ def missing(source: Source, error: yaml.YAMLError, at: int) -> Diagnostic | None
         return _comma(source, at)
     if "cannot start any token" in problem:
         return Diagnostic("E010", f"a text cannot begin with `{line[len(before)]}`", here, hint="quote it: '…'")
-    if source.text[at] == ",":
-        return Diagnostic("E010", "nothing can follow here", here, hint="remove the `,`")
     if not problem.startswith("mapping values"):
         return None
     last = line.split(" #")[0].rstrip()
     key = _KEY.match(line)
-    if key is not None and last.endswith(")") and key[2]:
-        return Diagnostic("E010", "keys and values cannot stand in `(…)`", here, hint="write `{…}`")
     if key is None or not value_before(source, at):
         return None
     hint = "quote it: '…'"
     if re.search(r",[ ]+[\w.-]+:[ ]", last[key.end() :] + " "):  # several keys without their brackets
         begin = key.start(1) if "-" in line[: key.start(1)] else key.end()
-        hint = f"write `{last[:begin].lstrip()}{{{last[begin:][:80]}}}`"
+        kind = "type: " if re.match(r"[^:]*,[ ]+(?:init|role):[ ]", last[begin:]) else ""
+        hint = f"write `{last[:begin].lstrip()}{{{kind}{last[begin:][:80]}}}`"
     return Diagnostic("E010", f"the value of `{key[1]}` has `: ` in it", here, hint=hint)
+
+
+def behind(source: Source, error: yaml.YAMLError, at: int) -> Diagnostic | None:
+    """The sign at `at` that follows a whole value, or that cannot close what another sign opened."""
+    context, begin, sign = str(getattr(error, "context", "")), _begin(error), source.text[at]
+    here, before = Span(source, at, at + 1), source.text[:at].rstrip()
+    opened = "" if begin is None or sign not in "}])" else source.text[begin : begin + 1]
+    if context.startswith("while parsing a flow") and opened in _CLOSING:
+        return Diagnostic("E010", f"`{sign}` cannot close `{opened}`", here, hint=f"write `{_CLOSING[opened]}`")
+    if context.startswith("while parsing a block") and sign in ",;.}])" and before.endswith(("}", "]", "'", '"')):
+        return Diagnostic("E010", "nothing can follow here", here, hint=f"remove the `{sign}`")
+    return None
+
+
+def slipped(source: Source, error: yaml.YAMLError, at: int) -> Diagnostic | None:
+    """A `-` without its blank, a key without its `:`, or `(…)` for `{…}`, on the line of the complaint or on those
+    before it that it goes on from."""
+    context, problem = str(getattr(error, "context", "")), str(getattr(error, "problem", ""))
+    if not problem.startswith("mapping values") and not context.startswith("while parsing a block"):
+        return None
+    end, found = source.text.find("\n", at), None
+    above = list(_LINE.finditer(source.text, 0, end if end >= 0 else len(source.text)))[-200:]
+    lines = [(line.start(), line[0].split(" #")[0].rstrip()) for line in reversed(above)]
+    for number, (begin, line) in enumerate(lines):
+        indent = len(line) - len(line.lstrip(" "))
+        span = Span(source, begin + indent, begin + len(line))
+        for pattern, said in tuple(_SLIPS.items())[: (4, 1)[number] if number < 2 and len(line) < 120 else 0]:
+            if (slip := re.fullmatch(rf"[ ]*{pattern}", line)) is not None:
+                return Diagnostic("E010", slip.expand(said[0]), span, hint=slip.expand(said[1]))
+        outer = next((text for _, text in lines[number + 1 :] if len(text) - len(text.lstrip(" ")) < indent), "")
+        if _NAMED.search(outer) and _TYPED.fullmatch(line.strip()):
+            return _colon(source, begin + indent)
+        bare = None if line.endswith(";") or len(line) > 200 else _UNMARKED.match(line)
+        if number and bare is None:  # here begins the text that the complaint is about
+            return None if line.endswith(("|", ">")) else found
+        if bare is not None and (bare[2] in KEYS or _NAMED.search(outer)):
+            hint = f"write `{bare[1]}:{bare[3][:60]}`"
+            found = Diagnostic("E010", f"`:` is missing after `{bare[2]}`", span, hint=hint)
+    return found
 
 
 def value_before(source: Source, at: int) -> bool:
@@ -82,16 +131,6 @@ def value_before(source: Source, at: int) -> bool:
     start = source.text.rfind("\n", 0, at) + 1
     key = _KEY.match(source.text, start, at)
     return key is not None and bool(source.text[key.end() : at].strip())
-
-
-def _unopened(source: Source, at: int) -> Diagnostic | None:
-    start = source.text.rfind("\n", 0, at) + 1
-    line = source.text[start:].split("\n", 1)[0].split(" #")[0].rstrip()
-    key = _KEY.match(line)
-    if key is None or not line.endswith("}") or "{" in line:
-        return None
-    span = Span(source, start + len(line) - 1, start + len(line))
-    return Diagnostic("E010", "this `}` closes nothing", span, hint=f"write `{{` before `{key[1]}`")
 
 
 def _begin(error: yaml.YAMLError) -> int | None:
@@ -113,10 +152,13 @@ def _colon(source: Source, begin: int) -> Diagnostic | None:
     """For a line at `begin` that is no entry of a mapping."""
     line = source.text[begin:].split("\n", 1)[0].rstrip()
     span = Span(source, begin, begin + len(line))
-    joined, first = re.match(r"([\w.-]+):(\S.*)", line), re.match(r"[A-Za-z_]\w*(?=\s)", line)
+    joined, first = re.match(r"([\w.-]+):(\S.*)", line), re.match(r"[A-Za-z_]\w*(?=\s|$)", line)
     if joined is not None:
         hint = f"write `{joined[1]}: {joined[2][:60]}`"
         return Diagnostic("E010", f"a blank is missing after `{joined[1]}:`", span, hint=hint)
+    if (typed := _TYPED.fullmatch(line)) is not None:
+        hint = f"write `{typed[2]}: {{type: {typed[1]}{f', init: {typed[3]}' if typed[3] else ''}}}`"
+        return Diagnostic("E010", "the type of a variable follows its name", span, hint=hint)
     actions = list(_TO.finditer(source.text, max(0, begin - 2000), begin))
     if line.endswith((";", "{", "}")) and actions and not line.startswith(ACTION_KINDS):
         key = actions[-1][0].strip(" \t-:")
@@ -125,4 +167,6 @@ def _colon(source: Source, begin: int) -> Diagnostic | None:
     if first is None:
         return None
     rest = line[first.end() :].lstrip(" \t=")[:60]
-    return Diagnostic("E010", f"`:` is missing after `{first[0]}`", span, hint=f"write `{first[0]}: {rest}`")
+    return Diagnostic(
+        "E010", f"`:` is missing after `{first[0]}`", span, hint=f"write `{f'{first[0]}: {rest}'.strip()}`"
+    )

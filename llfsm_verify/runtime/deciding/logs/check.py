@@ -68,16 +68,20 @@ def check_log(
     monitors, reasons = monitors_of(problem)
     watches = [Watch(g, monitors.get(g.line.name), reasons.get(g.line.name, "")) for g in goals_of(problem)]
     times: dict[int, str] = {}
-    count = 0
+    count, whole, open_end = 0, True, "the log ends there, and the mapping does not say `ended: true`"
     for count, row in enumerate(rows(), 1):
-        letter = letters.read(row, path)
+        try:
+            letter = letters.read(row, path)
+        except OverflowError as overflow:
+            whole, open_end = False, f"{overflow} in row {count:,}"
+            break
         for watch in watches:
             watch.read(letter, count, count)
             if watch.place == (count, count) and mapping.time is not None and mapping.time in row.cells:
                 times[count] = row.cells[mapping.time]
     if not count:
         raise DiagnosticError(Diagnostic(UNREADABLE, "the log has no rows", file=path))
-    if mapping.ended and any(watch.verdict == "undecided" for watch in watches):
+    if whole and mapping.ended and any(watch.verdict == "undecided" for watch in watches):
         word = [letters.read(row, path) for row in rows()]  # once more: most logs do not need all their letters
         stem, loop = word[:-1], word[-1:]
         assumed = all(claim_of(p, problem.clock).true_on(stem, loop) for p in properties.assumptions)
@@ -85,7 +89,7 @@ def check_log(
             watch.decide_on_lasso(stem, loop, assumed=assumed)
     found = []
     for watch in watches:
-        decided = watch.decided(open_end="the log ends there, and the mapping does not say `ended: true`")
+        decided = watch.decided(open_end=open_end)
         found.append(DecidedOnLog(decided, None if decided.step is None else times.get(decided.step)))
     return found
 
