@@ -123,8 +123,8 @@ def _interrupted() -> int:
 
 def report_failure(error: Exception, options: Namespace, of: str = "") -> int:
     """Say what went wrong, `of` which file where there are several; the exit code for that."""
-    from llfsm_verify.cli.io.output import UsageError, usage
     from llfsm_verify.cli.missing import missing_package
+    from llfsm_verify.cli.usage import UsageError, usage
     from llfsm_verify.diagnostics import DiagnosticError
 
     if isinstance(error, UsageError):

@@ -6,6 +6,7 @@ from argparse import ArgumentTypeError
 from collections.abc import Iterable
 from fractions import Fraction
 
+from llfsm_verify.cli.usage import UsageError
 from llfsm_verify.limits import parse_size
 from llfsm_verify.runtime.stepping.duration import duration_ms, excess
 
@@ -32,15 +33,15 @@ MOST = (1 << 63) - 1
 
 
 def assignments(option: str, items: Iterable[str], form: str = "INPUT=VALUE") -> dict[str, str]:
-    """Inputs with the texts of their values, written in this `form`. ValueError: one is not written so, or is given
+    """Inputs with the texts of their values, written in this `form`. UsageError: one is not written so, or is given
     again."""
     found: dict[str, str] = {}
     for item in items:
         name, equals, text = item.partition("=")
         if not equals:
-            raise ValueError(f"{option} needs {form}, not `{item}`")
+            raise UsageError(f"{option} needs {form}, not `{item}`")
         if name.strip() in found:
-            raise ValueError(f"{option} gives `{name.strip()}` twice: leave one out")
+            raise UsageError(f"{option} gives `{name.strip()}` twice: leave one out")
         found[name.strip()] = text.strip()
     return found
 

@@ -8,10 +8,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from llfsm_verify.cli.usage import UsageError
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import PLAIN, Feature, PropertySet, parse_properties
 from llfsm_verify.logic.reading import GivenLines, read_source
-from llfsm_verify.registry import Unregistered, meant
+from llfsm_verify.registry import meant
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
@@ -38,7 +39,7 @@ def told(properties: PropertySet, arrangement: Arrangement | None) -> PropertySe
 def chosen(properties: PropertySet, names: Sequence[str]) -> PropertySet:
     """The properties of these names (`--only`), or all when none is given, with all assumptions.
 
-    Unregistered: there is no property of one of the names; the message says so of the first one.
+    UsageError: there is no property of one of the names; the message says so of the first one.
     """
     if not names:
         return properties
@@ -47,7 +48,7 @@ def chosen(properties: PropertySet, names: Sequence[str]) -> PropertySet:
         if name not in there:
             near = meant(name, there)
             others = f"; there are: {', '.join(there)}" if there else ", and there are no others"
-            raise Unregistered(f"--only: there is no property `{name[:100]}`{near or others}")
+            raise UsageError(f"--only: there is no property `{name[:100]}`{near or others}")
     return replace(properties, properties=tuple(p for p in properties if p.kind == "assume" or p.name in names))
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from llfsm_verify.arrangement.draft import Draft
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options, Result, Verdict
-from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.outside import command, refuse_undeclared
+from llfsm_verify.cli.usage import usage
 from llfsm_verify.diagnostics import Source, counted
 from llfsm_verify.guarding.outside import PROPERTIES, Watch, with_outside_guard
 from llfsm_verify.guarding.reaction_time import Pace, reaction

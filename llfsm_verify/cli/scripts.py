@@ -12,6 +12,7 @@ from llfsm_verify.arrangement.files import read_source
 from llfsm_verify.arrangement.formats.yaml.compose import compose
 from llfsm_verify.arrangement.nodes import Node, Scalar, mark
 from llfsm_verify.cli.simulating import LOOKED
+from llfsm_verify.cli.usage import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.limits import DEFAULT_STEPS
 from llfsm_verify.program.program import Program
@@ -21,13 +22,14 @@ from llfsm_verify.runtime.stepping.random_run import Script, input_problem
 START = ("0ms", "0s", "0min", "0h")
 
 
-def extent_of(options: Namespace, program: Program) -> tuple[int | None, int | None] | str:
-    """So many steps or so many cycles; a text says what is wrong with the options."""
+def extent_of(options: Namespace, program: Program) -> tuple[int | None, int | None]:
+    """So many steps or so many cycles. UsageError: the arrangement has no such clock."""
     if options.span is not None:
         if program.period is None:
-            return "--for needs an arrangement with `cycle_ms`"
+            raise UsageError("--for needs an arrangement with `cycle_ms`")
         if len(program.processes) > 1:
-            return "--for needs one clock, and each of several processes has its own: say --steps or --cycles"
+            why = "each of several processes has its own: say --steps or --cycles"
+            raise UsageError(f"--for needs one clock, and {why}")
         return None, ceil(options.span / program.period)
     if options.steps is None and options.cycles is None:
         return (DEFAULT_STEPS if options.until is None else LOOKED), None

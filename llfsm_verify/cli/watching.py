@@ -11,8 +11,8 @@ from pathlib import Path
 from llfsm_verify.cli.checked import Checked, changes
 from llfsm_verify.cli.inputs import files_read
 from llfsm_verify.cli.io.interrupt import INTERRUPTED
-from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.kinds import by_kind
+from llfsm_verify.cli.usage import usage
 from llfsm_verify.collector import do_more_tasks
 from llfsm_verify.diagnostics import DiagnosticError, counted
 

@@ -8,9 +8,10 @@ from argparse import Namespace
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.granting import policy_digest
 from llfsm_verify.cli.drawing_format import WrongEnding, drawing_format
-from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.whole_file import write_whole
+from llfsm_verify.cli.usage import usage
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.access import access_graph, access_json, access_text
 from llfsm_verify.report.drawing.codes import UNWRITABLE

@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.files import MAX_FILE_BYTES, read_source
 from llfsm_verify.arrangement.kinds import kind_of
 from llfsm_verify.checking.verdict import Options, Result
@@ -18,6 +17,7 @@ from llfsm_verify.cli import report_failure
 from llfsm_verify.cli.inputs import files_read
 from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
+from llfsm_verify.cli.opening import open_arrangement
 from llfsm_verify.cli.properties import told
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, hint_of_near, without_controls
 from llfsm_verify.logic.properties import parse_properties
@@ -62,9 +62,7 @@ def properties_beside(arrangement: Path) -> list[Path]:
 
 
 def _check(path: Path, properties: Sequence[Path], *, quiet: bool) -> Result:
-    arrangement = load_arrangement(path)
-    for warning in arrangement.warnings:
-        print(warning.render(), file=sys.stderr)
+    arrangement = open_arrangement(str(path))
     asked = told(parse_properties([read_property_source(file) for file in properties]), arrangement)
     with EarlyVerdicts((p.name for p in asked.goals), str(path)) as early:
         return verify(arrangement, asked, Options(decided=None if quiet else early.add))

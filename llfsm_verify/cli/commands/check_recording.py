@@ -8,8 +8,8 @@ from argparse import Namespace
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.cli.io.decided import say_decided, when_decided
-from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.properties import read_properties, told
+from llfsm_verify.cli.usage import usage
 from llfsm_verify.runtime.deciding.logs.check import DecidedOnLog, check_log
 from llfsm_verify.runtime.deciding.logs.formats import LOGS
 from llfsm_verify.runtime.deciding.recordings import check

@@ -10,7 +10,8 @@ from contextlib import ExitStack
 from llfsm_verify.arrangement.files import read_source
 from llfsm_verify.cli.argument_types import DRAWN, assignments
 from llfsm_verify.cli.debugging import opened
-from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.usage import usage
 from llfsm_verify.collector import do_more_tasks
 from llfsm_verify.runtime.debugging.paths import DebugError
 from llfsm_verify.runtime.debugging.session import Driven, Session
@@ -27,10 +28,7 @@ def run(options: Namespace) -> int:
         return usage("the arrangement and the commands cannot both come from standard input")
     if options.seed is None and (options.hold is not None or options.draw):
         return usage("--hold and --draw say how --seed draws inputs")
-    try:
-        options.draw = assignments("--draw", options.draw, DRAWN)
-    except ValueError as wrong:
-        return usage(str(wrong))
+    options.draw = assignments("--draw", options.draw, DRAWN)
     given: list[str] = list(options.commands)
     if options.script is not None and options.script != "-":
         source, _ = read_source(options.script)

@@ -8,9 +8,9 @@ from argparse import Namespace
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.cli.drawing_format import WrongEnding, drawing_format
-from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.io.outputs import ready, ready_beside
 from llfsm_verify.cli.io.whole_file import write_whole
+from llfsm_verify.cli.usage import usage
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.drawing.codes import UNWRITABLE

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from argparse import Namespace
 
-from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.usage import usage
 from llfsm_verify.registry import meant
 from llfsm_verify.report.codes import SECTIONS, all_codes, explained, sentence
 

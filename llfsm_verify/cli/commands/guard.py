@@ -11,23 +11,22 @@ from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.draft import Draft
 from llfsm_verify.arrangement.files import read_source
-from llfsm_verify.arrangement.formats import Given, read_arrangement
-from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.cli.argument_types import assignments
-from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.io.whole_file import write_whole
+from llfsm_verify.cli.opening import open_draft, refuse_two_inputs
 from llfsm_verify.cli.properties import chosen, read_properties, told
+from llfsm_verify.cli.usage import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, counted
 from llfsm_verify.files import read_regular
 from llfsm_verify.guarding.codes import NOT_GUARDABLE, UNWRITABLE
 from llfsm_verify.guarding.guardable import Guardable, Refusal, guardable, unfit, unfit_assumptions
-from llfsm_verify.guarding.reactions import KINDS, reaction
+from llfsm_verify.guarding.reactions import KINDS, Reaction, reaction
 from llfsm_verify.guarding.transform import Guarded, Task, guard
 from llfsm_verify.guarding.wanted import Wanted, refuse_unknown
 from llfsm_verify.logic.properties import FEATURES, Property, PropertySet
-from llfsm_verify.registry import Unregistered
 
 if TYPE_CHECKING:
     from llfsm_verify.checking.verdict import PropertyResult
@@ -42,37 +41,12 @@ def run(options: Namespace) -> int:
     """Returns 0 when the guard is proved to keep its properties (or nothing is to be proved), 1 when it does not, 4
     when that is not known; with --list 1 when some cannot be guarded or assumed. Raises DiagnosticError for wrong
     files, and for what cannot be guarded."""
-    if options.arrangement == "-" and "-" in options.properties:
-        return usage("standard input can be read only once")
-    if options.hold and options.until:
-        return usage("--for and --until both say when the requested value counts again: give one")
-    if options.monitor is not None and (options.hold or options.until):
-        return usage("with --monitor the monitor itself resets its alarm: leave out --for and --until")
-    if options.no_proof and options.output is None and not options.list:
-        return usage("--no-proof writes files: say where with -o FOLDER")
-    try:
-        fallbacks = assignments("--fallback", options.fallback, "OUTPUT=VALUE")
-    except ValueError as wrong:
-        return usage(str(wrong))
-    if not all(fallbacks.values()):
-        return usage("--fallback needs OUTPUT=VALUE: the value is missing")
-    if options.output == "":
-        return usage("-o needs the name of a folder")
-    try:
-        reactions = tuple(map(reaction, options.react))
-    except ValueError:
-        words = ", ".join(KINDS)
-        return usage(f"--react needs a command and a machine, such as 'suspend M'; the commands are {words}")
-    draft = read_arrangement(Given(options.arrangement))
-    arrangement = resolve(draft)
-    for warning in arrangement.warnings:
-        print(warning.render(), file=sys.stderr)
-    try:
-        properties = chosen(read_properties(options, FEATURES), options.only)
-    except Unregistered as wrong:
-        return usage(str(wrong))
+    _refuse_misuse(options)
+    fallbacks, reactions = _fallbacks(options), _reactions(options)
+    draft, arrangement = open_draft(options.arrangement)
+    properties = chosen(read_properties(options, FEATURES), options.only)
     if not properties.goals:
-        return usage("name what to keep: -p or --properties")
+        raise UsageError("name what to keep: -p or --properties")
     clock = bind(arrangement, properties).clock
     problems = () if options.outside else tuple(unfit_assumptions(properties.assumptions, arrangement))
     if problems and not options.list:
@@ -87,23 +61,58 @@ def run(options: Namespace) -> int:
         from llfsm_verify.cli.reaction_time import outside
 
         return outside(options, draft, arrangement, task, _write, FOLDER)
-    if options.every or options.looks:
-        return usage("--every and --looks are for a guard outside: give its commands with --outside")
-    if not fallbacks and not (reactions and options.monitor is not None):
-        return usage("--fallback OUTPUT=VALUE is missing: it says what replaces the requested value")
+    wanted = _wanted(options, fallbacks, reactions)
+    refuse_unknown(arrangement, wanted)
+    _refuse(found, fallbacks, own=options.monitor is not None)
     own = None if options.monitor is None else (options.monitor, read_source(options.monitor)[0].text)
+    told(properties, arrangement)
+    return _guarded(options, draft, wanted, replace(task, own=own), properties)
+
+
+def _refuse_misuse(options: Namespace) -> None:
+    """UsageError: options that do not go together."""
+    refuse_two_inputs([options.arrangement, *options.properties])
+    if options.hold and options.until:
+        raise UsageError("--for and --until both say when the requested value counts again: give one")
+    if options.monitor is not None and (options.hold or options.until):
+        raise UsageError("with --monitor the monitor itself resets its alarm: leave out --for and --until")
+    if options.no_proof and options.output is None and not options.list:
+        raise UsageError("--no-proof writes files: say where with -o FOLDER")
+    if options.output == "":
+        raise UsageError("-o needs the name of a folder")
+
+
+def _fallbacks(options: Namespace) -> dict[str, str]:
+    """By output; UsageError."""
+    fallbacks = assignments("--fallback", options.fallback, "OUTPUT=VALUE")
+    if not all(fallbacks.values()):
+        raise UsageError("--fallback needs OUTPUT=VALUE: the value is missing")
+    return fallbacks
+
+
+def _reactions(options: Namespace) -> tuple[Reaction, ...]:
+    """UsageError: one is not a command and a machine."""
+    try:
+        return tuple(map(reaction, options.react))
+    except ValueError:
+        words = ", ".join(KINDS)
+        what = "--react needs a command and a machine, such as 'suspend M'"
+        raise UsageError(f"{what}; the commands are {words}") from None
+
+
+def _wanted(options: Namespace, fallbacks: Mapping[str, str], reactions: tuple[Reaction, ...]) -> Wanted:
+    """UsageError: options of a guard outside are given, or nothing says what replaces a requested value."""
+    if options.every or options.looks:
+        raise UsageError("--every and --looks are for a guard outside: give its commands with --outside")
+    if not fallbacks and not (reactions and options.monitor is not None):
+        raise UsageError("--fallback OUTPUT=VALUE is missing: it says what replaces the requested value")
     until = options.hold or options.until
-    wanted = Wanted(
+    return Wanted(
         {output: _expression(f"--fallback {output}", text) for output, text in fallbacks.items()},
         tuple(dict.fromkeys(options.guard)),
         None if until is None else _expression("--until", until),
         reactions,
     )
-    refuse_unknown(arrangement, wanted)
-    _refuse(found, fallbacks, own=options.monitor is not None)
-    task = replace(task, own=own)
-    told(properties, arrangement)
-    return _guarded(options, draft, wanted, task, properties)
 
 
 def _expression(option: str, text: str) -> Fragment:

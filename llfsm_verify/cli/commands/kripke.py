@@ -6,12 +6,12 @@ import sys
 from argparse import Namespace
 from typing import TYPE_CHECKING
 
-from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.problem import Problem, bind
-from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.portions import write
+from llfsm_verify.cli.opening import open_arrangement
 from llfsm_verify.cli.properties import read_properties
+from llfsm_verify.cli.usage import usage
 from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES
 from llfsm_verify.limits import Budget, LimitReached, Limits
@@ -46,9 +46,7 @@ def run(options: Namespace) -> int:
     if needless:
         named = " and ".join(f"--{name.replace('_', '-')}" for name in needless)
         return usage(f"{named}: the format {wanted} is written without exploring; leave that out")
-    arrangement = load_arrangement(options.arrangement)
-    for warning in arrangement.warnings:
-        print(warning.render(), file=sys.stderr)
+    arrangement = open_arrangement(options.arrangement)
     properties = read_properties(options, PLAIN if wanted in MODELS else SHOWN)
     ready(arrangement, properties, options.output, ("E422", "E422"), "the structure")
     problem = bind(arrangement, properties)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import Namespace
 
-from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.opening import open_arrangement
 from llfsm_verify.cli.properties import read_properties
+from llfsm_verify.cli.usage import usage
 from llfsm_verify.limits import Limits
 from llfsm_verify.report.formats import LINT, Style
 
@@ -22,9 +22,7 @@ def run(options: Namespace) -> int:
         return usage("standard input can be read only once")
     if options.local and options.max_states is not None:
         return usage("--max-states is for the reachable configurations, which --local leaves alone")
-    arrangement = load_arrangement(options.arrangement)
-    for warning in arrangement.warnings:
-        print(warning.render(), file=sys.stderr)
+    arrangement = open_arrangement(options.arrangement)
     atoms = bind(arrangement, read_properties(options, CHECKED)).atoms
     limits = Limits(options.max_states, options.memory, options.timeout)
     result = lint(arrangement, limits, local=options.local, atoms=atoms)

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, cast
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.cli.formulas import source_of
-from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.io.outputs import ready, ready_beside
 from llfsm_verify.cli.io.whole_file import write_whole
+from llfsm_verify.cli.opening import open_arrangement, refuse_two_inputs
 from llfsm_verify.cli.properties import COMMAND_LINE, chosen, told
+from llfsm_verify.cli.usage import usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, Span
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import Clock
@@ -29,7 +30,6 @@ from llfsm_verify.logic.properties import FEATURES, Property, PropertySet, parse
 from llfsm_verify.monitoring.codes import UNWRITABLE
 from llfsm_verify.monitoring.properties import Monitored, Timing, monitor_properties
 from llfsm_verify.monitoring.states import Monitorability
-from llfsm_verify.registry import Unregistered
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
@@ -44,20 +44,16 @@ def run(options: Namespace) -> int:
         return _from_machine(options)
     if not options.properties:
         return usage("PROPERTY is missing, or --from-machine MACHINE (`llfsm monitor --help` says more)")
-    if options.properties.count("-") > 1:
-        return usage("standard input can be read only once")
+    refuse_two_inputs(options.properties)
     if options.shape != "machine" and (options.set or options.suspend):
         return usage("--set and --suspend say what a machine does: they need --as machine")
-    arrangement = _arrangement(options)
+    arrangement = None if options.arrangement is None else open_arrangement(options.arrangement)
     lines = _lines(options)
     if arrangement is not None:
         from llfsm_verify.checking.problem import refuse_hiding
 
         refuse_hiding(arrangement, lines)
-    try:
-        goals = told(chosen(lines, options.only), arrangement).goals
-    except Unregistered as wrong:
-        return usage(str(wrong))
+    goals = told(chosen(lines, options.only), arrangement).goals
     if not goals:
         return usage("there is no property")
     if options.shape != "text" and len(goals) > 1:
@@ -87,7 +83,7 @@ def _from_machine(options: Namespace) -> int:
 
     if options.properties or options.shape != "text" or options.only or options.set or options.suspend:
         return usage("--from-machine writes properties: give them to another `llfsm monitor`, or to `llfsm verify`")
-    arrangement = _arrangement(options)
+    arrangement = None if options.arrangement is None else open_arrangement(options.arrangement)
     if arrangement is None:
         return usage("--from-machine needs --arrangement FILE, which says what its parameters are")
     try:
@@ -163,17 +159,6 @@ def _machine(
     for note in notes:
         print(f"note: {note}", file=sys.stderr)
     return monitor_machine(found, places, arrangement, action, notes).text
-
-
-def _arrangement(options: Namespace) -> Arrangement | None:
-    if options.arrangement is None:
-        return None
-    from llfsm_verify.arrangement import load_arrangement
-
-    arrangement = load_arrangement(options.arrangement)
-    for warning in arrangement.warnings:
-        print(warning.render(), file=sys.stderr)
-    return arrangement
 
 
 def _clock(arrangement: Arrangement | None, lines: PropertySet) -> Clock | None:

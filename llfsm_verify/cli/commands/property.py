@@ -11,10 +11,11 @@ from typing import TypeVar
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.cli.drawing_format import WrongEnding, drawing_format
 from llfsm_verify.cli.formulas import Line, Results, lines_of, source_of
-from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.io.outputs import ready_beside
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.properties import COMMAND_LINE
+from llfsm_verify.cli.usage import usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic import codes

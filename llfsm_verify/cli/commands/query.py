@@ -11,11 +11,12 @@ from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options
 from llfsm_verify.cli.disagreement import both_saved
-from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.properties import COMMAND_LINE
+from llfsm_verify.cli.usage import usage
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.report.formats import QUERIES, Style

@@ -12,11 +12,11 @@ from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.verdict import Options
 from llfsm_verify.cli.certificates import write_certificate
-from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.properties import read_properties, told
+from llfsm_verify.cli.usage import usage
 from llfsm_verify.limits import Limits
 from llfsm_verify.report.assurance import Checked, assurance
 from llfsm_verify.verification.verify import verify

@@ -15,18 +15,18 @@ from dataclasses import replace
 from fractions import Fraction
 
 from llfsm_verify.arrangement.draft import Draft
-from llfsm_verify.arrangement.formats import Given, read_arrangement
 from llfsm_verify.arrangement.granting import policy_digest
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.cli.argument_types import DRAWN, assignments
-from llfsm_verify.cli.io.output import Output, UsageError
+from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.io.unhurried import unhurried_errors
+from llfsm_verify.cli.opening import open_draft
 from llfsm_verify.cli.panel import shown
 from llfsm_verify.cli.ports import declared_ports, following, opened, unusable, writes_to_output
 from llfsm_verify.cli.properties import property_sources, told
+from llfsm_verify.cli.usage import UsageError
 from llfsm_verify.collector import do_more_tasks
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, without_controls
 from llfsm_verify.jsonvalue import Json
@@ -60,10 +60,7 @@ def run(options: Namespace) -> int:
     """
     do_more_tasks()
     _refuse_misuse(options)
-    draft = read_arrangement(Given(options.arrangement))
-    given = resolve(draft)
-    for warning in given.warnings:
-        print(warning.render(), file=sys.stderr)
+    draft, given = open_draft(options.arrangement)
     ready, specs, scripted = _ready(options, draft, given)
     with (
         unhurried_errors(),
@@ -115,10 +112,7 @@ def _ready(
     options: Namespace, draft: Draft, given: Arrangement
 ) -> tuple[Launch, tuple[PortSpec, ...], list[Prescribed]]:
     """The run as the options want it, its ports, and what a trace prescribes. UsageError."""
-    try:
-        settings = _settings(options, draft, given)
-    except ValueError as wrong:
-        raise UsageError(str(wrong)) from None
+    settings = _settings(options, draft, given)
     try:
         plan = settings.plan(given)
     except ValueError as wrong:
@@ -149,7 +143,7 @@ def _ready(
 
 
 def _settings(options: Namespace, draft: Draft, given: Arrangement) -> RunSettings:
-    """UsageError, ValueError: an option has a wrong value."""
+    """UsageError: an option has a wrong value."""
     texts = property_sources(options)
     properties = told(parse_properties(texts, options.syntax, CHECKED), given)
     if options.record is not None and any(line.file is not None for line in properties):

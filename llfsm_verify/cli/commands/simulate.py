@@ -5,28 +5,29 @@ from __future__ import annotations
 import random
 import sys
 from argparse import Namespace
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
-from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.replay.confirm import Misfit
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.cli.argument_types import DRAWN, assignments
-from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.io.outputs import ready
+from llfsm_verify.cli.opening import open_arrangement
 from llfsm_verify.cli.scripts import extent_of, read_script
 from llfsm_verify.cli.simulating import JSON, TABLE
+from llfsm_verify.cli.usage import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.cycles import Cycles
 from llfsm_verify.report.simulation import exit_code, run_json, sentences, summary
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.report.tracewords import event_text
-from llfsm_verify.runtime.stepping.drawing import DrawingError, drawing_of, free_inputs
+from llfsm_verify.runtime.stepping.drawing import Drawing, DrawingError, drawing_of, free_inputs
 from llfsm_verify.runtime.stepping.random_run import RandomRun, Script, input_problem
 from llfsm_verify.runtime.stepping.visited import never_visited
 from llfsm_verify.semantics.lowering import lower
@@ -61,31 +62,18 @@ class _Job:
 def run(options: Namespace) -> int:
     """Returns the exit code (see `report.simulation`); raises DiagnosticError for wrong files."""
     wanted = options.format or TIMELINES.named_by(options.output or "") or TABLE
-    mistake = _mistake(options, wanted)
-    if mistake is not None:
-        return usage(mistake)
-    arrangement = load_arrangement(options.arrangement)
-    for warning in arrangement.warnings:
-        print(warning.render(), file=sys.stderr)
+    _refuse_misuse(options, wanted)
+    arrangement = open_arrangement(options.arrangement)
     ready(arrangement, PropertySet(), options.output, ("E487", "E487"), "the run")
     base = lower(arrangement, keep_all_bits=True)
     program, until, sought = _sought(arrangement, base, options.until)
-    try:
-        held = assignments("--set", options.set)
-        draw = assignments("--draw", options.draw, DRAWN)
-    except ValueError as wrong:
-        return usage(str(wrong))
+    held = assignments("--set", options.set)
     problem = input_problem(program, held)
     if problem is not None:
-        return usage(f"--set {problem}")
+        raise UsageError(f"--set {problem}")
     extent = extent_of(options, program)
-    if isinstance(extent, str):
-        return usage(extent)
-    try:
-        law = drawing_of(program, options.hold, draw, held)
-    except DrawingError as wrong:
-        return usage(f"--{wrong}")
     script = Script({0: held}) if options.inputs is None else read_script(options.inputs, program, held)
+    law = _law(options, program, held)
     seed = options.seed if options.seed is not None else random.SystemRandom().randrange(1 << 32)
     if options.seed is None:
         print(f"seed {seed}", file=sys.stderr)
@@ -94,7 +82,7 @@ def run(options: Namespace) -> int:
     simulated = RandomRun(Execution(program), script, source, until=until, drawn=drawn, law=law, seed=seed)
     kept = [name for name in free_inputs(program) if name in script.steps.get(0, {})]
     if options.begin is not None and kept:
-        return usage(f"--set `{kept[0]}` never changes while it runs, and --from goes on with its value")
+        raise UsageError(f"--set `{kept[0]}` never changes while it runs, and --from goes on with its value")
     begin = None if options.begin is None else _follow(simulated, options.begin, arrangement)
     job = _Job(arrangement, program, simulated, seed, begin, sought, *extent)
     if options.quiet:
@@ -104,18 +92,26 @@ def run(options: Namespace) -> int:
     return _written(job, wanted, options.output)
 
 
-def _mistake(options: Namespace, wanted: str) -> str | None:
+def _refuse_misuse(options: Namespace, wanted: str) -> None:
+    """UsageError: options that do not go together."""
     from llfsm_verify.cli.io.timelines import BINARY
 
     if wanted in BINARY and options.output in (None, "-"):
-        return f"{wanted} is not text: name a file with -o"
+        raise UsageError(f"{wanted} is not text: name a file with -o")
     if wanted == TABLE and options.output is not None:
-        return f"-o is for --format {JSON}, {', '.join(TIMELINES)}"
+        raise UsageError(f"-o is for --format {JSON}, {', '.join(TIMELINES)}")
     if options.quiet and (wanted != TABLE or options.output is not None):
-        return "-q prints only how the run ended, so no other format goes with it"
+        raise UsageError("-q prints only how the run ended, so no other format goes with it")
     if options.begin == "-":
-        return "--from needs the file of a saved trace"
-    return None
+        raise UsageError("--from needs the file of a saved trace")
+
+
+def _law(options: Namespace, program: Program, held: Mapping[str, str]) -> Drawing:
+    """How inputs are drawn. UsageError."""
+    try:
+        return drawing_of(program, options.hold, assignments("--draw", options.draw, DRAWN), held)
+    except DrawingError as wrong:
+        raise UsageError(f"--{wrong}") from None
 
 
 def _sought(arrangement: Arrangement, base: Program, text: str | None) -> tuple[Program, Formula | None, str | None]:

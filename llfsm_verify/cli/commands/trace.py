@@ -9,12 +9,12 @@ from pathlib import Path
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
-from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.saved import announce
 from llfsm_verify.cli.io.timelines import BINARY, write_timeline
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.properties import read_properties
+from llfsm_verify.cli.usage import usage
 from llfsm_verify.report.replaying import replay_file, schedule_of
 from llfsm_verify.report.saving import SUFFIX, refuse_others
 from llfsm_verify.report.timeline.formats import TIMELINES

@@ -19,13 +19,14 @@ from llfsm_verify.cli.certificates import certificate_mistake, check_certificate
 from llfsm_verify.cli.checked import Checked, verdicts_of
 from llfsm_verify.cli.disagreement import both_saved
 from llfsm_verify.cli.invariants import check_invariants, invariants_mistake, save_invariants
-from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.io.outputs import ready, traces_ready
 from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.saved import announce
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.io.whole_file import is_same_file
 from llfsm_verify.cli.properties import chosen, read_properties, told
+from llfsm_verify.cli.usage import usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.engines.explicit.options import Checkpointing, CheckpointWarning, ExplicitOptions
 from llfsm_verify.engines.unrolled.options import UnrolledOptions

@@ -8,7 +8,7 @@ from contextlib import suppress
 
 from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.decided import say_results
-from llfsm_verify.cli.io.output import usage
+from llfsm_verify.cli.usage import usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.runtime.live.codes import ABSENT
 from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError
@@ -61,11 +61,7 @@ def _list() -> None:
 
 
 def _post(board: Whiteboard, given: Iterable[str]) -> int:
-    try:
-        values = assignments("post", given)
-    except ValueError as wrong:
-        return usage(str(wrong))
-    board.post(**values)
+    board.post(**assignments("post", given))
     return 0
 
 

@@ -9,20 +9,10 @@ from collections.abc import Iterable
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, without_controls
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
-
-
-class UsageError(Exception):
-    """The command line is wrong; the message says how."""
-
-
-def usage(message: str) -> int:
-    """Say what is wrong with the command line; the exit code for that."""
-    print(f"error: {without_controls(message)}", file=sys.stderr)
-    return 2
 
 
 def drop_output() -> None:
