@@ -5,6 +5,10 @@ BIN := $(VENV)/bin
 JOBS ?= 2
 # Each worker begins with its own part of the tests, so that what tests of a file share is made once.
 PYTEST := $(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
+# What `make check ROOM=runtime/live` looks at; without ROOM it looks at everything.
+ROOMS := $(BIN)/python -m tools.rooms
+FILES = $(if $(ROOM),$$($(ROOMS) $(ROOM)),.)
+TESTS = $(if $(ROOM),$$($(ROOMS) --tests $(ROOM)))
 N ?= 200
 SOAK ?= 100
 
@@ -26,13 +30,14 @@ test-slow: $(VENV)/.test ## The rest: random tests at length, and what takes lon
 	$(COMPILE)
 	$(PYTEST) -m long
 
-check: $(VENV)/.check ## Format, lint, types, layers and the fast tests
-	$(BIN)/ruff format --check .
-	$(BIN)/ruff check .
+check: $(VENV)/.check ## Format, lint, types, layers and the fast tests; ROOM=runtime/live: the files and tests of a room
+	@$(if $(ROOM),$(ROOMS) $(ROOM) >/dev/null)
+	$(BIN)/ruff format --check $(FILES)
+	$(BIN)/ruff check $(FILES)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(COMPILE)
-	LLFSM_QUICK=1 $(PYTEST) -m "not slow and not long"
+	LLFSM_QUICK=1 $(PYTEST) -m "not slow and not long" $(TESTS)
 
 soak: $(VENV)/.test ## Random checks at length, on fresh examples: hours; SOAK=1 is a hundredth, SEED chooses them
 	$(COMPILE)

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tools.rooms import checked
+
 TEXT = Path("CONTRIBUTING.md").read_text(encoding="utf-8")
 QUOTED = re.findall(r"`([^`]+)`", TEXT)
 PATHS = sorted({q for q in QUOTED if re.match(r"(llfsm_verify|tests)/", q)})
@@ -29,10 +31,16 @@ def test_there_are_names_and_files():
 
 def test_targets_are_those_of_the_makefile():
     targets = set(re.findall(r"^([\w-]+):.*##", Path("Makefile").read_text(encoding="utf-8"), re.MULTILINE))
-    named = {q.removeprefix("make ") for q in QUOTED if q.startswith("make ")}
+    named = {q.split()[1] for q in QUOTED if q.startswith("make ")}
     assert named and named <= targets
+
+
+def test_rooms_are_there():
+    named = re.findall(r"`make check ROOM=([^`]+)`", TEXT)
+    assert named and [checked(room) for room in named] == named
 
 
 def test_modules_that_are_called_can_be():
     called = {word for q in QUOTED for word in re.findall(r"python -m ([\w.]+)", q)}
-    assert called and all(Path(*name.split(".")).with_suffix(".py").exists() for name in called)
+    paths = [Path(*name.split(".")) for name in called]
+    assert called and all(p.with_suffix(".py").exists() or (p / "__main__.py").exists() for p in paths)

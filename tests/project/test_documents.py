@@ -7,11 +7,16 @@ import re
 import shlex
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
+from contextlib import ExitStack
+from itertools import pairwise
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
+from llfsm_verify.runtime.whiteboard.places import names
 from tests.forked import Forks, forks
 
 LONG = (
@@ -20,6 +25,8 @@ LONG = (
 )  # fmt: skip
 """Pages whose commands take many seconds together."""
 PAGES = sorted(str(page) for page in (*Path().glob("*.md"), *Path("docs").rglob("*.md"), *Path("models").rglob("*.md")))
+NOTES = sorted(str(page) for page in (*Path("llfsm_verify").rglob("*.md"), *Path("tests").rglob("*.md")))
+"""Those beside the source and the tests."""
 
 LLFSM = {"llfsm": [], "llfsm-verify": ["verify"]}
 """What follows `llfsm` in commands of ours; the others have processes of their own."""
@@ -28,6 +35,12 @@ COMMANDS = {
     "pytest": [sys.executable, "-m", "pytest"],
     "sed": ["sed"],
 }
+BACKGROUND = re.compile(r"llfsm (run .*--whiteboard (\S+).*) > (\S+) 2>&1 &")
+"""A run that goes on while the next commands are given, until `ENDED`."""
+ENDED = "kill %1; wait"
+ASKED = ("llfsm whiteboard list", "llfsm whiteboard get")
+MOST = 120
+"""Seconds that a run may take to begin, to read what is posted, and to end."""
 PLUGIN = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_PLUGINS": "llfsm_verify.testing.pytest_plugin"}
 """Our plugin, and no other that happens to be installed."""
 
@@ -37,6 +50,8 @@ FILE = re.compile(r"# ([\w./-]+\.(?:yaml|ltl|py))\n")
 EARLY = re.compile(r"^(?:\S+: )?after \d+ s: .*\n", re.MULTILINE)
 """A verdict that is said before the report, where a check takes longer than usual."""
 SECONDS = re.compile(r"\d+\.\d+ ?s\b")
+NUMBERS = re.compile(r"\d[\d,.]*")
+"""What is said of a run in real time: how far it was when it was asked."""
 LINK = re.compile(r"\]\((?!https?:|mailto:)([^)#]*)(?:#([^)]+))?\)")
 CODE = re.compile(r"^ *```.*?^ *```$|<!-- written by .*?<!-- end of", re.MULTILINE | re.DOTALL)
 """What is not prose: blocks, and what benchmarks write into a page."""
@@ -76,29 +91,88 @@ def test_what_a_page_shows_is_what_happens(page, tmp_path, forked):
     """All commands of a page in order, in a folder that holds the models, the properties and the files of the page."""
     for name in ("models", "properties"):
         (tmp_path / name).symlink_to(Path(name).resolve())
-    for command, output in transcripts(page):
-        if command.startswith("# "):
-            (tmp_path / command[2:]).write_text(output, encoding="utf-8")
-            continue
-        printed = EARLY.sub("", run(command, tmp_path, forked))
-        printed = SECONDS.sub("… s", printed).rstrip("\n")
-        shown = SECONDS.sub("… s", output).rstrip("\n")
-        if "\n[…]\n" in shown:
-            # A page may leave out the middle of a long output.
-            first, last = shown.split("\n[…]\n")
-            assert printed.startswith(first + "\n") and printed.endswith("\n" + last)
-        else:
-            assert printed == shown
+    with ExitStack() as left:
+        background = Background(tmp_path, left)
+        for command, output in transcripts(page):
+            if command.startswith("# "):
+                (tmp_path / command[2:]).write_text(output, encoding="utf-8")
+            elif BACKGROUND.fullmatch(command):
+                background.start(command)
+            elif command == ENDED:
+                background.end()
+            else:
+                compare(command, output, tmp_path, forked, background)
+        assert background.run is None
     if page == "README.md":  # a newcomer runs these here
         made = {path.name for path in tmp_path.iterdir()} - {"models", "properties"}
         ignored = {line.strip("/") for line in Path(".gitignore").read_text(encoding="utf-8").splitlines()}
         assert made and made <= ignored
 
 
+def compare(command: str, output: str, folder: Path, forked: Forks, background: Background) -> None:
+    """A command prints what is shown; it is asked again where it looks at a run that may not have come so far."""
+    changing = NUMBERS if background.concerns(command) else SECONDS
+    shown = changing.sub("… s", output).rstrip("\n")
+    last_try = time.monotonic() + (MOST if command.startswith(ASKED) else 0)
+    while True:
+        printed = changing.sub("… s", EARLY.sub("", run(command, folder, forked))).rstrip("\n")
+        if printed == shown or time.monotonic() >= last_try:
+            break
+    if "\n[…]\n" in shown:
+        # A page may leave out the middle of a long output.
+        first, last = shown.split("\n[…]\n")
+        assert printed.startswith(first + "\n") and printed.endswith("\n" + last)
+    else:
+        assert printed == shown
+
+
+class Background:
+    """The run of a page that goes on in the background, if there is one, and the files that such runs wrote."""
+
+    def __init__(self, folder: Path, left: ExitStack) -> None:
+        self.folder = folder
+        self.left = left
+        self.run: subprocess.Popen[bytes] | None = None
+        self.files: set[str] = set()
+
+    def start(self, command: str) -> None:
+        """Begin a run, and wait until it can be asked: a reader is slower than that."""
+        matched = BACKGROUND.fullmatch(command)
+        assert matched and self.run is None
+        words = shlex.split(matched[1])
+        self.files |= {matched[3], *(after for word, after in pairwise(words) if word == "--record")}
+        said = self.left.enter_context((self.folder / matched[3]).open("wb"))
+        environment = {**os.environ, "PYTHONPATH": str(Path.cwd())}
+        self.run = self.left.enter_context(
+            subprocess.Popen(
+                [sys.executable, "-m", "llfsm_verify", *words],
+                cwd=self.folder, stdout=said, stderr=said, env=environment,
+            )
+        )  # fmt: skip
+        self.left.callback(self.run.kill)
+        until = time.monotonic() + MOST
+        while matched[2] not in names():
+            assert self.run.poll() is None and time.monotonic() < until, (self.folder / matched[3]).read_text()
+            time.sleep(0.01)
+
+    def end(self) -> None:
+        assert self.run is not None
+        self.run.terminate()
+        self.run.wait(MOST)
+        self.run = None
+
+    def concerns(self, command: str) -> bool:
+        """Whether what a command prints depends on how far a run was."""
+        return self.run is not None or any(word.startswith(tuple(self.files)) for word in shlex.split(command))
+
+
 @pytest.fixture(scope="module")
 def forked() -> Iterator[Forks]:
-    with forks() as found:
-        yield found
+    """With a folder for whiteboards that no other test has."""
+    with TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patched:
+        patched.setenv("LLFSM_WHITEBOARDS", folder)
+        with forks() as found:
+            yield found
 
 
 def run(command: str, folder: Path, forked: Forks) -> str:
@@ -139,9 +213,9 @@ def anchors(text: str) -> set[str]:
     return made | set(re.findall(r'<a id="([^"]+)">', text))
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if not page.startswith("CHANGELOG")])
+@pytest.mark.parametrize("page", [*PAGES, *NOTES])
 def test_prose_has_one_width(page):
-    """120 columns at most, except tables, blocks and a word that is longer."""
+    """120 columns at most, except tables, blocks and a word that is longer: `python -m tools.reflow PAGE` wraps it."""
     prose = CODE.sub("", Path(page).read_text(encoding="utf-8")).splitlines()
     wide = [
         line for line in prose if len(line) > 120 and not line.startswith("|") and " " in SPAN.sub("", line).strip()
