@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
 
 from llfsm_verify.language import types as lt
 from llfsm_verify.language.typed import After, Expression, Literal
@@ -38,8 +39,7 @@ class Parts:
 
     def tell(self, control: Control, e: Expression, value: Expr) -> Stmt:
         """The statement that tells what `e` is."""
-        text = " ".join(e.span.text.split())
-        return self._told(control, Part(text, _kind(e.type), _labels(e.type)), value)
+        return self._told(control, Part(_text(e), _kind(e.type), _labels(e.type)), value)
 
     def tell_clock(self, control: Control, value: Expr) -> Stmt:
         """The statement that tells what a clock shows."""
@@ -48,6 +48,17 @@ class Parts:
     def _told(self, control: Control, part: Part, value: Expr) -> Stmt:
         self.found.append(part)
         return emit(control, PART, const(len(self.found) - 1), value)
+
+
+def _text(e: Expression) -> str:
+    """As it is written, with the brackets of its first and last operands, which the span of an operation leaves out."""
+    source, start, end = e.span.source.text, e.span.start, e.span.end
+    depths = [0, *accumulate({"(": 1, ")": -1}.get(sign, 0) for sign in source[start:end])]
+    for _ in range(-min(depths)):
+        start = source.rindex("(", 0, start)
+    for _ in range(depths[-1] - min(depths)):
+        end = source.index(")", end) + 1
+    return " ".join(source[start:end].split())
 
 
 def is_told(e: Expression) -> bool:

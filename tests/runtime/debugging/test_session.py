@@ -157,6 +157,27 @@ def test_why_shows_what_the_guards_saw(counting: Arrangement) -> None:
     assert rows(made, "why") == (("m", "BUSY -> IDLE when n / d >= 1", "true", "n = 1, d = 1, n / d = 1"),)
 
 
+@pytest.mark.parametrize(
+    ("guard", "whole"),
+    [
+        ("after(1) && (not cold || away)", "cold = false"),
+        ("(not cold || away) && ((after(1)) || (cold && away))", "(after(1)) || (cold && away) = true"),
+        ("((not (cold)) || (away)) && after(1)", "(not (cold)) || (away) = true"),
+    ],
+)
+def test_parts_of_guards_have_their_brackets(guard: str, whole: str) -> None:
+    states = [{"name": "A", "transitions": [{"when": guard, "to": "B"}]}, {"name": "B"}]
+    inputs = {name: {"type": "bool", "role": "input", "init": False} for name in ("cold", "away")}
+    document = {
+        "name": "w", "cycle_ms": 1000, "whiteboard": inputs,
+        "machines": {"m": {"inline": {"machine": "M", "states": states}}}, "schedule": ["m"],
+    }  # fmt: skip
+    (row,) = rows(session(build_arrangement(document), "step", "step", "step"), "why")
+    because = row[-1].split(", ")
+    assert whole in because
+    assert all(part.count("(") == part.count(")") for part in because)
+
+
 def test_a_fault_can_be_looked_at_and_gone_back_from(counting: Arrangement) -> None:
     made = session(counting, "set go true", "set d 0", "step 1")
     answer = made.do("step")
