@@ -146,7 +146,7 @@ class Span:
 
     @property
     def end_position(self) -> tuple[int, int]:
-        """Line and column just behind the last character."""
+        """Line and column just after the last character."""
         apart = self.source.file(self.start) != self.source.file(self.end)  # parts of a value in Python data
         return self.source.position(self.start if apart else self.end)
 
@@ -173,7 +173,7 @@ class Fragment:
     """A piece of a source with the file offset of each of its characters.
 
     A guard stands inside a YAML scalar: quotes, escapes, folding and indentation come between the two. `offsets` has
-    ``len(text) + 1`` entries, the last one being the offset behind the fragment.
+    ``len(text) + 1`` entries, the last one being the offset after the fragment.
     """
 
     text: str

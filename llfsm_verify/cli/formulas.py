@@ -154,7 +154,7 @@ class Results:
             self._write(text)
 
     def refuse(self, error: DiagnosticError) -> None:
-        """Say what is wrong in a line, on standard error, behind the results so far."""
+        """Say what is wrong in a line, on standard error, after the results so far."""
         self.wrong = True
         self.flush()
         for diagnostic in error.diagnostics:

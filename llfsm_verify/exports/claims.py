@@ -7,7 +7,7 @@ from collections.abc import Callable
 from llfsm_verify.automata.automaton import Automaton, Edge
 
 State = tuple[int, int]
-"""A state of the automaton, and the acceptance set that has to come next; behind the last one stands acceptance."""
+"""A state of the automaton, and the acceptance set that has to come next; after the last one comes acceptance."""
 
 
 def never_claim(name: str, automaton: Automaton, proposition: Callable[[str], str]) -> str:

@@ -192,7 +192,7 @@ def _prune(block: Block, live: set[str]) -> Block:
 
 
 def stopping(block: Block) -> Block:
-    """The block with faults as assignments to `FAULT`, behind which nothing more is done."""
+    """The block with faults as assignments to `FAULT`, after which nothing more is done."""
     out: list[Stmt] = []
     group: list[Stmt] = []
     guarded = False

@@ -1,4 +1,4 @@
-"""The lock-step product of an arrangement with one that has more machines behind its own: both take each step together,
+"""The lock-step product of an arrangement with one that has more machines after its own: both take each step together,
 with the same samples.
 
 Where a machine of both has its turn, it has it in both. The product ends, in faults of its own, where the alarm is set

@@ -27,7 +27,7 @@ STOPPED = "the proof was stopped before chaos had given commands"
 @dataclass(frozen=True, slots=True)
 class Proof:
     """What came of it: the result under chaos in the place of `machines`, or None and `reasons` why there is none.
-    `reasons` say why something is violated, too, in sentences without their full stops."""
+    `reasons` also say why something is violated, in sentences without their full stops."""
 
     machines: tuple[str, ...]
     arrangement: Arrangement | None

@@ -156,7 +156,7 @@ def _with_machine(draft: Draft, found: Names, own: tuple[str, str]) -> Draft:
 
 
 def _wrong_writes(known: Arrangement, found: Names) -> Iterator[Diagnostic]:
-    """What the monitor of the user's writes and should not, or what others could write, too."""
+    """What the monitor of the user's writes and should not, or what others could write as well."""
     classes = () if known.access is None else known.access.write
     for name, span in known.machine(found.monitors[0]).writes():
         if name in found.requests:

@@ -46,7 +46,7 @@ class Stepping(Protocol):
 class WalkTable:
     """A step of a monitor as a walk: stage i reads the next `widths[i]` of the atoms in `places`, lowest first.
 
-    `stages[i][node << widths[i] | bits]` is the node of the next stage, behind the last one the next state. The first
+    `stages[i][node << widths[i] | bits]` is the node of the next stage, after the last one the next state. The first
     nodes are the states, numbered so that those from `settled` on are never left; `numbers[q]` is the new number of the
     monitor's state q.
     """
@@ -128,7 +128,7 @@ def _plain(cubes: _Cubes) -> _Cubes:
 
 
 def _levels(roots: Sequence[_Cubes], depth: int) -> list[_Level]:
-    """A level for each atom; the nodes of the first are the roots, those behind the last are targets."""
+    """A level for each atom; the nodes of the first are the roots, those after the last are targets."""
     queues: list[dict[_Cubes, int]] = [{}]
     first = [queues[0].setdefault(cubes, len(queues[0])) for cubes in roots]
     raw: list[_Level] = []

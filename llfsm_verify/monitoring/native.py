@@ -61,7 +61,7 @@ class CompiledMonitors:
         return b"".join(letter.to_bytes(self.letter_words * WORD_BYTES, "little") for letter in letters)
 
     def feed(self, letters: bytes | bytearray | memoryview, *, stop: bool = False) -> int:
-        """Read letters that lie one behind the other; `stop` as soon as a monitor becomes settled.
+        """Read letters that lie one after the other; `stop` as soon as a monitor becomes settled.
 
         Returns how many were read. ValueError: no whole number of letters.
         """

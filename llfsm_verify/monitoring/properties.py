@@ -24,7 +24,7 @@ MAX_PAIRS = 20_000
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """What bounds in time mean (`clock` None: there are none), and whether time passes behind every letter."""
+    """What bounds in time mean (`clock` None: there are none), and whether time passes after every letter."""
 
     clock: Clock | None = None
     every_letter_ticks: bool = False

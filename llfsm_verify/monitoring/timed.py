@@ -16,7 +16,7 @@ MAX_EDGES = 60_000
 
 
 def timed_automaton(formula: Formula, keys: Sequence[str], clock: Clock | None = None) -> Automaton:
-    """The automaton of `formula` over `keys`, among which is TICK (time passes behind the letter) with bounds in time.
+    """The automaton of `formula` over `keys`, among which is TICK (time passes after the letter) with bounds in time.
 
     Those words are left out in which time does not pass forever. Untranslatable: bounds in time, and no clock.
     AutomatonTooLarge: as for `automaton_of`, or more than `MAX_STATES` states with their counters, `MAX_EDGES` edges.
@@ -49,7 +49,7 @@ def timed_automaton(formula: Formula, keys: Sequence[str], clock: Clock | None =
 
 
 def _moves(reader: Counting, state: int) -> list[tuple[int, int, int, int]]:
-    """Positive and negative atoms, target and acceptance; the last set holds the moves behind which time passes."""
+    """Positive and negative atoms, target and acceptance; the last set holds the moves after which time passes."""
     guards, bit = reader.guards, reader.tick_bit
     forever = 1 << reader.acceptance_sets
     here, levels = reader.states[state]
@@ -69,7 +69,7 @@ def _moves(reader: Counting, state: int) -> list[tuple[int, int, int, int]]:
 
 
 def always_ticking(automaton: Automaton) -> Automaton:
-    """The words of `automaton` in which time passes behind every letter, without the atom that says so."""
+    """The words of `automaton` in which time passes after every letter, without the atom that says so."""
     if TICK not in automaton.atoms:
         return automaton
     bit = 1 << automaton.atoms.index(TICK)

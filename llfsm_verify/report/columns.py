@@ -115,7 +115,7 @@ def _fitting(columns: Sequence[Column], width: int, squeezed: Sequence[Breaks]) 
         given = min(want, spare // (len(wanted) - number))
         widths[i] += given
         spare -= given
-    widths[-1] += spare  # nothing stands behind it, and a cell may turn out wider than was foreseen
+    widths[-1] += spare  # nothing comes after it, and a cell may turn out wider than was foreseen
     return widths
 
 

@@ -162,7 +162,7 @@ def _finding(finding: FaultFinding) -> Json:
 
 
 def span_object(span: Span) -> dict[str, Json]:
-    """A place: lines and columns count from 1, the end is just behind the last character."""
+    """A place: lines and columns count from 1, the end is just after the last character."""
     end_line, end_column = span.end_position
     return {
         "file": span.file,

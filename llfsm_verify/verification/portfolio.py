@@ -107,8 +107,8 @@ def has_no_bounds(program: Program) -> bool:
 
 
 def asks_more(problem: Problem, options: Options) -> bool:
-    """More than verdicts is wanted, and of what is proved less of that is known than of what was explored; whether any
-    run satisfies the assumptions, too."""
+    """More than verdicts is wanted, of which less is known of what is proved than of what was explored: also whether any
+    run satisfies the assumptions."""
     return bool(problem.assumptions) or options.witnesses or options.strict or options.vacuity == "all"
 
 
@@ -151,7 +151,7 @@ class Merging:
     """The results of several engines as one: for each property, and for faults, that of the first engine to decide."""
 
     def __init__(self, problem: Problem, *, faults: bool = True) -> None:
-        """`faults`: they are to be decided, too."""
+        """`faults`: they are also to be decided."""
         self._wants_faults = faults
         self._order = [p.name for p in problem.properties]
         self._results: list[Result] = []

@@ -70,17 +70,17 @@ class Scratch:
 class Blocks:
     """Writes blocks one after the other and keeps what they used: `scratch`, `picked`, `repeated`.
 
-    `names` are the identifiers of the variables, `behind` the statements that follow each assignment to one. The writer
+    `names` are the identifiers of the variables, `then` the statements that follow each assignment to one. The writer
     of the model counts `step` up for each step that begins.
     """
 
     def __init__(
         self, ids: Identifiers, names: Mapping[str, str], variables: Sequence[Var], choices: Sequence[Choice],
-        blocks: Iterable[Block], behind: Mapping[str, Sequence[str]],
+        blocks: Iterable[Block], then: Mapping[str, Sequence[str]],
     ) -> None:  # fmt: skip
         self._ids = ids
         self.names = names
-        self.behind = behind
+        self.then = then
         self.shifts = {v.name: shift for v in variables if (shift := _shift(v))}
         """What is added to the elements of an array when they are stored."""
         self._choices = {c.name: c for c in choices}
@@ -177,7 +177,7 @@ class Blocks:
                 where = "" if index is None else f"[{self.expression(index)}]"
                 shift = f" + {self.shifts[name]}" if name in self.shifts else ""
                 text = f"{self.names[name]}{where} = {self.expression(value)}{shift}"
-                return ";\n".join([text, *self.behind.get(name, ())])
+                return ";\n".join([text, *self.then.get(name, ())])
             case Let(local, value):
                 self._use(local)
                 return f"{self._local(local.name)} = {self.expression(value)}"

@@ -117,7 +117,7 @@ class _Model:
             self._behind.setdefault(self._rounds[-1], []).append(self._next_round())
 
     def _next_round(self) -> str:
-        """The next fairness goal is waited for; behind the last one a round is complete (degeneralization)."""
+        """The next fairness goal is waited for; after the last one a round is complete (degeneralization)."""
         goals = [self._names[goal] for goal in self._rounds]
         waits = [
             conditional([(f"(waiting == {i} && {goal})", f"waiting = {i + 1}")], "skip") for i, goal in enumerate(goals)

@@ -72,7 +72,7 @@ def witness_text(witness: Witness) -> str:
 
 
 def explain(finding: Finding, result: LintResult) -> Diagnostic:
-    """A finding as a diagnostic that says how it is known, too."""
+    """A finding as a diagnostic that also says how it is known."""
     notes = [*finding.notes]
     if len(finding.machines) > 1 and finding.proof != "text":
         notes.append(f"in {', '.join(f'`{m}`' for m in finding.machines)}")

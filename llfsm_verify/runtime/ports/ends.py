@@ -1,6 +1,6 @@
 """Where lines come from and go to: descriptors that are there, named pipes that others open and close.
 
-A descriptor that was inherited belongs to others, too, so its flags stay as they are. A write to it is of PIPE_BUF
+A descriptor that was inherited belongs to others as well, so its flags stay as they are. A write to it is of PIPE_BUF
 bytes at most, which a pipe that `poll` calls writable takes without waiting (pipe(7)).
 """
 
