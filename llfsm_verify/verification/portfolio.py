@@ -107,8 +107,8 @@ def has_no_bounds(program: Program) -> bool:
 
 
 def asks_more(problem: Problem, options: Options) -> bool:
-    """More than verdicts is wanted, of which less is known of what is proved than of what was explored: also whether any
-    run satisfies the assumptions."""
+    """More than verdicts is wanted, and a proof tells less of that than an exploration: also whether any run satisfies
+    the assumptions."""
     return bool(problem.assumptions) or options.witnesses or options.strict or options.vacuity == "all"
 
 

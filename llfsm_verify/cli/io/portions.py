@@ -24,8 +24,8 @@ def write(pieces: Iterable[str | bytes], output: str | None, check: Callable[[],
     """Write all pieces to the file `output`, or to standard output (None, "-").
 
     A file appears, or is replaced, when it is whole, and a pipe or device is written as it is; SIGTERM leaves nothing
-    behind either. `check` is called between
-    pieces; what it raises ends the writing. Raises DiagnosticError (E412, E422), and SystemExit on SIGTERM.
+    behind either. `check` is called between pieces; what it raises ends the writing. Raises DiagnosticError (E412,
+    E422), and SystemExit on SIGTERM.
     """
     if output is None or output == "-":
         _to_standard_output(pieces, check)
