@@ -32,8 +32,13 @@ class Entry:
 
     def load(self) -> object:
         """What is at its place."""
-        module, _, attribute = self.place.partition(":")
-        return getattr(import_module(module), attribute)
+        return at(self.place)
+
+
+def at(place: str) -> object:
+    """What is at `module:attribute`."""
+    module, _, attribute = place.partition(":")
+    return getattr(import_module(module), attribute)
 
 
 class Unregistered(ValueError):

@@ -16,7 +16,7 @@ from llfsm_verify.report.drawing.formats import DRAWINGS, PICTURES
 from llfsm_verify.report.formats import LINT, QUERIES, RESULTS
 from llfsm_verify.report.schemas import SCHEMAS
 from llfsm_verify.runtime.ports.kinds import PORTS
-from llfsm_verify.verification.engines import ENGINES, GROUP, WRITTEN, EngineEntry, Engines, Turn, table
+from llfsm_verify.verification.engines import ENGINES, FEATURES, GROUP, EngineEntry, Engines, Turn, table
 from llfsm_verify.verification.portfolio import stages_of
 from tests.cli.running import LIGHTS, llfsm
 
@@ -78,11 +78,12 @@ def test_the_page_of_the_command_line_has_the_table_of_engines() -> None:
         ("bmc", ["vacuity"], "vacuity"),
         ("pdr", ["depth", "vacuity", "cone"], "cone"),
         ("all", ["depth", "checkpoint"], "checkpoint"),
-        ("auto", WRITTEN, None),
+        ("auto", [each.name for each in (*ENGINES.options(), *FEATURES)], None),
     ],
 )
 def test_an_option_that_an_engine_does_not_take_is_found(engine: str, asked: list[str], wrong: str | None) -> None:
-    assert ENGINES.misplaced(engine, asked) == wrong
+    found = ENGINES.misplaced(engine, dict.fromkeys(asked, 7))
+    assert (None if found is None else found.name) == wrong
 
 
 def test_the_engines_that_take_an_option_are_told() -> None:

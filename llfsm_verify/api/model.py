@@ -20,7 +20,6 @@ from llfsm_verify.api.options import (
     by_input,
     check_options,
     checked,
-    is_count,
     laws_of,
     limits_of,
     query_options,
@@ -31,6 +30,7 @@ from llfsm_verify.api.results import CheckResult
 from llfsm_verify.api.traces import Ending, RunView, SimulatedRun, TraceView, Value
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.engine_option import is_count
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.execution import Execution

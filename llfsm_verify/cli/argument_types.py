@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from argparse import ArgumentTypeError
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from fractions import Fraction
+from typing import TypeVar
 
+from llfsm_verify.checking.engine_option import read_count, read_seconds
 from llfsm_verify.cli.usage import UsageError
 from llfsm_verify.limits import parse_size
 from llfsm_verify.runtime.stepping.duration import duration_ms, excess
+
+T = TypeVar("T")
 
 PROPERTY_QUESTIONS = {
     "classify": "print the class (S G O R P T, B for S and G), a tab and the formula",
@@ -28,8 +32,6 @@ DRAWN = "INPUT=P"
 """How `--draw` is written."""
 
 LEAST_WIDTH = 20
-MOST = (1 << 63) - 1
-"""The largest number that an option takes."""
 
 
 def assignments(option: str, items: Iterable[str], form: str = "INPUT=VALUE") -> dict[str, str]:
@@ -53,14 +55,19 @@ def property_text(text: str) -> str:
     return text
 
 
-def positive(text: str) -> int:
-    """A whole number from 1."""
-    digits = text.lstrip("0")
-    if not (text.isascii() and text.isdigit() and digits):
-        raise ArgumentTypeError(f"{text[:40]!r} is not a whole number from 1")
-    if len(digits) > len(str(MOST)) or int(digits) > MOST:
-        raise ArgumentTypeError(f"{text[:40]} is more than the largest number that is taken, {MOST:,}")
-    return int(digits)
+def word(read: Callable[[str], T]) -> Callable[[str], T]:
+    """What reads a word of the command line, from what raises ValueError for others."""
+
+    def reading(text: str) -> T:
+        try:
+            return read(text)
+        except ValueError as wrong:
+            raise ArgumentTypeError(str(wrong)) from None
+
+    return reading
+
+
+positive, seconds, size = word(read_count), word(read_seconds), word(parse_size)
 
 
 def width(text: str) -> int:
@@ -69,25 +76,6 @@ def width(text: str) -> int:
     if number < LEAST_WIDTH:
         raise ArgumentTypeError(f"a table needs {LEAST_WIDTH} columns at least")
     return number
-
-
-def seconds(text: str) -> float:
-    """A positive number of seconds."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 0 < value < 1e9:
-        raise ArgumentTypeError(f"{text[:40]!r} is not a positive number of seconds")
-    return value
-
-
-def size(text: str) -> int:
-    """A number of bytes, as `parse_size` reads it."""
-    try:
-        return parse_size(text)
-    except ValueError as wrong:
-        raise ArgumentTypeError(str(wrong)) from None
 
 
 def milliseconds(text: str) -> Fraction:

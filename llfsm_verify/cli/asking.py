@@ -6,7 +6,6 @@ from llfsm_verify.cli.common_arguments import (
     all_steps,
     arrangement,
     colour,
-    depth,
     engine,
     max_states,
     memory_and_timeout,
@@ -14,7 +13,9 @@ from llfsm_verify.cli.common_arguments import (
     property_lines,
     syntax,
 )
+from llfsm_verify.cli.engine_options import engine_options
 from llfsm_verify.cli.parser import Parser
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.report.formats import LINT, QUERIES
 
 LINT_EXIT_CODES = (
@@ -61,7 +62,7 @@ def query_arguments(parser: Parser) -> None:
     add("formula", metavar="FORMULA", help="a state formula, such as 'ns@GREEN && count > 3'")
     syntax(parser)
     engine(parser)
-    depth(parser)
+    engine_options(parser, UnrolledOptions.OPTIONS)
     add("--format", choices=QUERIES, default="text", help="how to report (default: %(default)s)")
     add("--save", metavar="FILE", help="save the run there, for llfsm replay")
     max_states(parser)

@@ -88,12 +88,6 @@ def output(to: _ActionsContainer) -> None:
     to.add_argument("-o", "--output", metavar="FILE", help="the file to write (default: standard output)")
 
 
-def depth(to: _ActionsContainer) -> None:
-    """How far engines that unroll go."""
-    text = "how far bmc (60 steps), induction (k 30) and pdr (1000 frames) go"
-    to.add_argument("--depth", metavar="N", type=positive, help=text)
-
-
 def colour(to: _ActionsContainer) -> None:
     """How output for people looks."""
     to.add_argument("--color", choices=("auto", "always", "never"), default="auto", help="default: %(default)s")

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from argparse import _ArgumentGroup as Group
 
-from llfsm_verify.cli.argument_types import positive, seconds
+from llfsm_verify.cli.argument_types import positive
 from llfsm_verify.cli.common_arguments import (
     all_steps,
     arrangement,
     colour,
-    depth,
     engine,
     max_states,
     memory_and_timeout,
@@ -19,9 +18,11 @@ from llfsm_verify.cli.common_arguments import (
     property_lines,
     repeatable,
 )
+from llfsm_verify.cli.engine_options import engine_options
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.report.formats import RESULTS
 from llfsm_verify.report.timeline.formats import TIMELINES
+from llfsm_verify.verification.engines import ENGINES
 
 
 def verify_arguments(parser: Parser) -> None:
@@ -56,29 +57,9 @@ def _strictness(group: Group) -> None:
 
 
 def _search(group: Group) -> None:
-    add = group.add_argument
     engine(group)
-    depth(group)
-    add("--keep-all-bits", action="store_true", help="keep entered flags that cannot matter any more")
-    add(
-        "--cone",
-        choices=("auto", "on", "off"),
-        default="auto",
-        help="leave out what no property depends on; auto: when the space is large (default: %(default)s)",
-    )
-    add(
-        "--compression",
-        "--chains",  # its old name, for a release
-        choices=("auto", "on", "off"),
-        default="auto",
-        help="do not store configurations with one step only; auto: when the space is large (default: %(default)s)",
-    )
-    add(
-        "--labels",
-        choices=("on", "off"),
-        default="on",
-        help="explore wide inputs by classes of values instead of value by value (default: %(default)s)",
-    )
+    group.add_argument("--keep-all-bits", action="store_true", help="keep entered flags that cannot matter any more")
+    engine_options(group, ENGINES.options())
 
 
 def _report(group: Group) -> None:
@@ -96,9 +77,6 @@ def _files(group: Group) -> None:
     add = group.add_argument
     add("--save-traces", metavar="DIR", help="save each trace as DIR/NAME.trace.yaml")
     repeatable(group, "--save-as", choices=TIMELINES, text="save each trace of --save-traces in this format as well")
-    add("--checkpoint", metavar="FILE", help="save a long search there at intervals, and when a limit ends it")
-    add("--checkpoint-every", metavar="SECONDS", type=seconds, help="how often (default: 60)")
-    add("--resume", action="store_true", help="continue from the checkpoint")
     add("--certificate", metavar="FILE", help="write a certificate of the verdicts, for llfsm-check-certificate")
     add("--check-certificate", metavar="FILE", help="check a certificate, and that it is one of these files")
     add("--save-invariants", metavar="FILE", help="write the invariants that --engine pdr or induction has found")

@@ -6,11 +6,12 @@ group `llfsm_verify.engines` (docs/engines.md).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, Literal, cast, get_args
 
-from llfsm_verify.registry import Entry, Registry, Unregistered, add_others
+from llfsm_verify.checking.engine_option import EngineFeature, EngineOption, EngineOptions
+from llfsm_verify.registry import Entry, Registry, Unregistered, add_others, at
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -59,10 +60,23 @@ class EngineEntry(Entry):
     """What it claims to decide on small arrangements: violations (of every kind of property), proofs that properties
     hold, faults."""
     options: frozenset[str] = frozenset()
-    """Those of the options in WRITTEN that it takes."""
+    """Names of FEATURES that it takes, or of options that others have as their own."""
+    own: tuple[str, ...] = ()
+    """The places of classes of options (`EngineOptions`): it takes all options of these classes."""
+    refuses: frozenset[str] = frozenset()
+    """But for these."""
     turns: tuple[Turn, ...] = ()
     asks_others: bool = False
     """At its place is no `Start`, but a function that takes a problem and options to a result."""
+
+    def classes(self) -> Iterator[type[EngineOptions]]:
+        """The classes of its own options."""
+        yield from (cast(type[EngineOptions], at(place)) for place in self.own)
+
+    def takes(self, name: str) -> bool:
+        """Whether it takes an option."""
+        own = (option.name for each in self.classes() for option in each.OPTIONS)
+        return name in self.options or (name in own and name not in self.refuses)
 
 
 BRIEF, EFFORT = 1_000_000, 20_000_000
@@ -71,15 +85,17 @@ FIRST = TurnLimits(500_000, 500_000, 10_000_000, EFFORT)
 """Some seconds: by then most arrangements are decided."""
 LARGE = TurnLimits(20_000_000, 2_000_000, 100_000_000, EFFORT)
 PROVES: frozenset[Decides] = frozenset({"violations", "proofs", "faults"})
-EXPLORES = frozenset({"checkpoint", "traces", "cone", "compression", "labels", "witnesses", "max_states", "vacuity"})
-UNROLLS = frozenset({"depth"})
-INDUCTS = UNROLLS | {"vacuity", "invariants"}
-WRITTEN = {
-    "cone": "--cone", "compression": "--compression", "labels": "--labels", "max_states": "--max-states",
-    "depth": "--depth", "checkpoint": "--checkpoint", "traces": "--all", "witnesses": "--witness",
-    "vacuity": "--vacuity", "invariants": "--save-invariants",
-}  # fmt: skip
-"""The options that only some engines take, as users write them."""
+EXPLORES = frozenset({"traces", "witnesses", "max_states", "vacuity"})
+INDUCTS = frozenset({"vacuity", "invariants"})
+EXPLICIT, UNROLLED = (
+    "llfsm_verify.engines.explicit.options:ExplicitOptions", "llfsm_verify.engines.unrolled.options:UnrolledOptions",
+)  # fmt: skip
+FEATURES = (
+    EngineFeature("max_states", "--max-states"), EngineFeature("traces", "--all", (1,)),
+    EngineFeature("witnesses", "--witness", (False,)), EngineFeature("vacuity", "--vacuity", (False,)),
+    EngineFeature("invariants", "--save-invariants"),
+)  # fmt: skip
+"""What the harness does with some engines only."""
 
 
 class Engines(Registry[Callable[..., object]]):
@@ -104,14 +120,38 @@ class Engines(Registry[Callable[..., object]]):
         self.entry(name)
         return super().load(name)
 
-    def misplaced(self, name: str, asked: Iterable[str]) -> str | None:
-        """The first of these options that the engine `name` does not take. Unregistered."""
-        return next((option for option in asked if option not in self.entry(name).options), None)
+    def classes(self) -> tuple[type[EngineOptions], ...]:
+        """The classes of the options that engines have as their own."""
+        return tuple(dict.fromkeys(each for name in self for each in self.entry(name).classes()))
+
+    def options(self) -> tuple[EngineOption, ...]:
+        """The options that engines have as their own."""
+        return tuple(option for each in self.classes() for option in each.OPTIONS)
+
+    def asked(self, given: Mapping[str, object]) -> Iterator[EngineFeature]:
+        """What is asked of an engine that not every engine takes, among values by the names of options."""
+        return (each for each in (*self.options(), *FEATURES) if each.asks(given))
+
+    def misplaced(self, name: str, given: Mapping[str, object]) -> EngineFeature | None:
+        """The first of what is asked that the engine `name` does not take. Unregistered."""
+        entry = self.entry(name)
+        return next((each for each in self.asked(given) if not entry.takes(each.name)), None)
+
+    def partial(self, given: Mapping[str, object]) -> tuple[EngineOption, EngineOption] | None:
+        """An option that was given without the one that it is a part of, and that one."""
+        whole = {option.name: option for option in self.options()}
+        alone = (o for o in whole.values() if o.part_of is not None and o.asks(given) and o.part_of not in given)
+        return next(((option, whole[str(option.part_of)]) for option in alone), None)
+
+    def own(self, given: Mapping[str, object]) -> tuple[EngineOptions, ...]:
+        """What single engines are told: `Options.own` from values by the names of options."""
+        made = (each.made(given) for each in self.classes())
+        return tuple(each for each in made if each != type(each)())
 
     def takers(self, option: str) -> str:
         """The engines that take an option themselves: ``bmc, induction and pdr``."""
         entries = map(self.entry, self)
-        *most, last = [e.name for e in entries if option in e.options and not e.asks_others]
+        *most, last = [e.name for e in entries if e.takes(option) and not e.asks_others]
         return f"{', '.join(most)} and {last}" if most else last
 
     def find_others(self) -> list[str]:
@@ -135,11 +175,11 @@ ENGINES = Engines(
     [
         EngineEntry(
             "auto", "llfsm_verify.verification.portfolio:auto", "each of the next four in turn", decides=PROVES,
-            options=EXPLORES | INDUCTS, asks_others=True,
+            options=EXPLORES | INDUCTS, own=(EXPLICIT, UNROLLED), asks_others=True,
         ),
         EngineEntry(
             "explicit", "llfsm_verify.engines.explicit.engine:ExplicitSession", "all configurations, one by one",
-            decides=PROVES, options=EXPLORES,
+            decides=PROVES, options=EXPLORES, own=(EXPLICIT,),
             turns=(
                 Turn(1, FIRST), Turn(3, LARGE, again=True, alone=True), Turn(7, again=True),
                 Turn(8, replace(LARGE, work=None), again=True),
@@ -147,19 +187,21 @@ ENGINES = Engines(
         ),
         EngineEntry(
             "bmc", "llfsm_verify.engines.bounded.engine:BoundedSession", "runs of growing length, by Z3",
-            decides=frozenset({"violations"}), options=UNROLLS, turns=(Turn(4, effort=EFFORT, alone=True),),
+            decides=frozenset({"violations"}), own=(UNROLLED,), turns=(Turn(4, effort=EFFORT, alone=True),),
         ),
         EngineEntry(
             "induction", "llfsm_verify.engines.inductive.engine:induction", "k-induction, by Z3",
-            decides=frozenset({"violations"}), options=INDUCTS, turns=(Turn(5, alone=True),),
+            decides=frozenset({"violations"}), options=INDUCTS, own=(UNROLLED,), turns=(Turn(5, alone=True),),
         ),
         EngineEntry(
             "pdr", "llfsm_verify.engines.inductive.engine:pdr", "property-directed reachability, by Z3's Spacer",
-            decides=PROVES, options=INDUCTS, turns=(Turn(2, effort=BRIEF, brief=True), Turn(6, alone=True)),
+            decides=PROVES, options=INDUCTS, own=(UNROLLED,),
+            turns=(Turn(2, effort=BRIEF, brief=True), Turn(6, alone=True)),
         ),
         EngineEntry(
             "all", "llfsm_verify.verification.differential:all_engines", "the same four, which have to agree",
-            decides=PROVES, options=(EXPLORES | INDUCTS) - {"checkpoint"}, asks_others=True,
+            decides=PROVES, options=EXPLORES | INDUCTS, own=(EXPLICIT, UNROLLED), refuses=frozenset({"checkpoint"}),
+            asks_others=True,
         ),
     ],
 )  # fmt: skip
@@ -170,10 +212,11 @@ DEFAULT_ENGINE = "auto"
 def table() -> str:
     """What the engines are, in Markdown: the table of docs/command-line.md."""
     lines = ["| engine | how it searches | decides | also takes |", "|---|---|---|---|"]
+    listed = [*(option for option in ENGINES.options() if option.part_of is None), *FEATURES]
     for name in ENGINES:
         entry = ENGINES.entry(name)
         decides = ", ".join(d for d in get_args(Decides) if d in entry.decides)
-        options = " ".join(f"`{WRITTEN[o]}`" for o in WRITTEN if o in entry.options)
+        options = " ".join(f"`{each.flag}`" for each in listed if entry.takes(each.name))
         lines.append(f"| `{name}` | {entry.about} | {decides} | {options} |")
     return "\n".join(lines) + "\n"
 

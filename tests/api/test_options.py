@@ -84,7 +84,7 @@ def test_options_become_those_of_engines():
         ("pdr", {"cone": "on"}, "`cone` is for explicit"),
         ("bmc", {"vacuity": True}, "`vacuity` is for explicit, induction and pdr"),
         ("all", {"checkpoint": "x"}, "`checkpoint` is for explicit"),
-        ("auto", {"resume": True}, "`resume` is about the file that the option `checkpoint` names"),
+        ("auto", {"resume": True}, "`resume` goes on from the file that the option `checkpoint` names"),
     ],
 )
 def test_options_that_do_not_go_together(engine, given, message):

@@ -4,7 +4,8 @@ from argparse import ArgumentTypeError
 
 import pytest
 
-from llfsm_verify.cli.argument_types import MOST, positive, property_text, size
+from llfsm_verify.checking.engine_option import MOST
+from llfsm_verify.cli.argument_types import positive, property_text, size
 from llfsm_verify.cli.arguments import llfsm_parser, verify_parser
 from llfsm_verify.cli.running import steps
 from llfsm_verify.verification.engines import ENGINES

@@ -11,13 +11,13 @@ from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options
 from llfsm_verify.cli.disagreement import both_saved
+from llfsm_verify.cli.engine_options import engine_mistake, given_options
 from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.properties import COMMAND_LINE
 from llfsm_verify.cli.usage import usage
-from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.report.formats import QUERIES, Style
 from llfsm_verify.verification.engines import ENGINES
@@ -28,10 +28,9 @@ def run(options: Namespace) -> int:
     """Returns the exit code of the answer; raises DiagnosticError for wrong files or a wrong formula."""
     from llfsm_verify.report.saving import refuse_others
 
-    asked = {"depth": ("--depth", options.depth), "max_states": ("--max-states", options.max_states)}
-    wrong = ENGINES.misplaced(options.engine, [name for name, (_, value) in asked.items() if value is not None])
-    if wrong is not None:
-        return usage(f"{asked[wrong][0]} is for --engine {ENGINES.takers(wrong)}")
+    mistake = engine_mistake(options)
+    if mistake is not None:
+        return usage(mistake)
     if options.save in ("", "-"):
         return usage("--save needs the name of a file")
     arrangement = load_arrangement(options.arrangement)
@@ -43,13 +42,8 @@ def run(options: Namespace) -> int:
         refuse_others([Path(options.save)])
     limits = Limits(options.max_states, options.memory, options.timeout)
     with ProgressLine() as line, both_saved(arrangement, query.properties, None):
-        progress = line.update if line.shown else None
-        answer = ask(
-            arrangement,
-            query,
-            Options(limits, progress=progress, own=(UnrolledOptions(depth=options.depth),)),
-            options.engine,
-        )
+        wanted = Options(limits, progress=line.update if line.shown else None, own=ENGINES.own(given_options(options)))
+        answer = ask(arrangement, query, wanted, options.engine)
     if options.save is not None:
         _save(answer, arrangement, options.save)
     output = Output(options.color, options.width)

@@ -8,7 +8,6 @@ import warnings
 from argparse import Namespace
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TextIO
 
@@ -18,6 +17,7 @@ from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.cli.certificates import certificate_mistake, check_certificate, write_certificate
 from llfsm_verify.cli.checked import Checked, verdicts_of
 from llfsm_verify.cli.disagreement import both_saved
+from llfsm_verify.cli.engine_options import engine_mistake, given_options
 from llfsm_verify.cli.invariants import check_invariants, invariants_mistake, save_invariants
 from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.io.outputs import ready, traces_ready
@@ -28,8 +28,7 @@ from llfsm_verify.cli.io.whole_file import is_same_file
 from llfsm_verify.cli.properties import chosen, read_properties, told
 from llfsm_verify.cli.usage import usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.engines.explicit.options import Checkpointing, CheckpointWarning, ExplicitOptions
-from llfsm_verify.engines.unrolled.options import UnrolledOptions
+from llfsm_verify.engines.explicit.options import CheckpointWarning
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.registry import Unregistered
@@ -42,8 +41,8 @@ def run(options: Namespace) -> int:
     """Returns the exit code of the result; raises DiagnosticError for wrong files."""
     if [options.arrangement, *options.properties].count("-") > 1:
         return usage("standard input can be read only once")
-    mistake = _checkpoint_mistake(options) or certificate_mistake(options) or invariants_mistake(options)
-    mistake = mistake or _engine_mistake(options) or _saving_mistake(options)
+    mistake = certificate_mistake(options) or invariants_mistake(options)
+    mistake = mistake or engine_mistake(options) or _saving_mistake(options)
     if mistake is not None:
         return usage(mistake)
     if options.watch:
@@ -102,39 +101,10 @@ def _verified(options: Namespace) -> Checked:
     return Checked(result.exit_code, gone, verdicts_of(result))
 
 
-def _checkpoint_mistake(options: Namespace) -> str | None:
-    """What is wrong with the options about checkpoints."""
-    if options.checkpoint == "":
-        return "--checkpoint needs the name of a file"
-    if options.checkpoint is None and options.resume:
-        return "--resume goes on from the file that --checkpoint FILE names"
-    if options.checkpoint is None and options.checkpoint_every is not None:
-        return "--checkpoint-every says how often to save to the file that --checkpoint FILE names"
-    return None
-
-
 def _saving_mistake(options: Namespace) -> str | None:
     """What is wrong with the options about traces."""
     alone = options.save_as and options.save_traces is None
     return "--save-as says how --save-traces DIR saves traces besides" if alone else None
-
-
-def _engine_mistake(options: Namespace) -> str | None:
-    """What is asked of an engine that others do."""
-    asked = {
-        "checkpoint": ("--checkpoint", options.checkpoint is not None),
-        "traces": ("--all", options.all > 1),
-        "cone": ("--cone on", options.cone == "on"),
-        "compression": ("--compression on", options.compression == "on"),
-        "labels": ("--labels off", options.labels == "off"),
-        "witnesses": ("--witness", options.witness),
-        "max_states": ("--max-states", options.max_states is not None),
-        "vacuity": ("--vacuity", options.vacuity),
-        "depth": ("--depth", options.depth is not None),
-        "invariants": ("--save-invariants", options.save_invariants is not None),
-    }
-    wrong = ENGINES.misplaced(options.engine, [name for name, (_, given) in asked.items() if given])
-    return None if wrong is None else f"{asked[wrong][0]} is for --engine {ENGINES.takers(wrong)}"
 
 
 def _spare_inputs(options: Namespace) -> None:
@@ -151,16 +121,13 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
 
     kernels().announce = None if options.quiet else _tell
     limits = Limits(options.max_states, options.memory, options.timeout)
-    checkpoint = None
+    given = given_options(options)
     proves = options.certificate is not None or options.check_certificate is not None
     if options.resume and proves:
         # Not even saved: what is there may be hours ahead of a search from the beginning.
         option = "--certificate" if options.certificate is not None else "--check-certificate"
         _tell(f"{option} explores again: {options.checkpoint} is not used, and stays as it is")
-    elif options.checkpoint is not None:
-        checkpoint = Checkpointing(Path(options.checkpoint), resume=options.resume)
-        if options.checkpoint_every is not None:
-            checkpoint = replace(checkpoint, every=options.checkpoint_every)
+        del given["checkpoint"]
     early = EarlyVerdicts(p.name for p in properties.goals)
     with ProgressLine() as line, _warnings_told(), early:
         wanted = Options(
@@ -175,15 +142,7 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
             traces=options.all,
             decided=None if options.quiet else early.add,
             tell=_tell,
-            own=(
-                ExplicitOptions(
-                    cone=options.cone,
-                    labels=options.labels == "on",
-                    compression=options.compression,
-                    checkpoint=checkpoint,
-                ),
-                UnrolledOptions(depth=options.depth),
-            ),
+            own=ENGINES.own(given),
         )
         try:
             with both_saved(arrangement, properties, options.save_traces), stage("checking"):

@@ -150,7 +150,7 @@ class _Suite:
         def change(start: Start) -> Start:
             return lambda given: _Interrupted(start(given), pressed)
 
-        deep = UnrolledOptions(VERY_DEEP if "depth" in self._entry.options else None)
+        deep = UnrolledOptions(VERY_DEEP if self._entry.takes("depth") else None)
         try:
             result = self._check(ENDLESS.problem(), Options(own=(deep,)), change)
         except KeyboardInterrupt:

@@ -1,0 +1,131 @@
+"""An option of an engine as data: the command line, Python's keywords, messages and tables are made from it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, ClassVar, Literal, Self, get_args
+
+MOST = (1 << 63) - 1
+"""The largest number that an option takes."""
+MOST_SECONDS = 1e9
+When = Literal["auto", "on", "off"]
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """What the values of an option are."""
+
+    wants: str
+    """In words, after "needs"."""
+    fits: Callable[[object], bool]
+    """Whether it is such a value."""
+    metavar: str | None = None
+    read: Callable[[str], object] | None = None
+    """From a word of the command line. ValueError."""
+    choices: Mapping[str, object] = field(default_factory=dict)
+    """The words of the command line to choose from, with their values."""
+
+
+def is_count(value: object) -> bool:
+    """Whether it is a whole number from 1."""
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 1
+
+
+def _is_seconds(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < MOST_SECONDS
+
+
+def _is_flag(value: object) -> bool:
+    return isinstance(value, bool)
+
+
+def _is_path(value: object) -> bool:
+    return isinstance(value, Path) or (isinstance(value, str) and value != "")
+
+
+def _is_when(value: object) -> bool:
+    return isinstance(value, str) and value in get_args(When)
+
+
+def read_count(text: str) -> int:
+    """A whole number from 1. ValueError."""
+    digits = text.lstrip("0")
+    if not (text.isascii() and text.isdigit() and digits):
+        raise ValueError(f"{text[:40]!r} is not a whole number from 1")
+    if len(digits) > len(str(MOST)) or int(digits) > MOST:
+        raise ValueError(f"{text[:40]} is more than the largest number that is taken, {MOST:,}")
+    return int(digits)
+
+
+def read_seconds(text: str) -> float:
+    """A positive number of seconds. ValueError."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not _is_seconds(value):
+        raise ValueError(f"{text[:40]!r} is not a positive number of seconds")
+    return value
+
+
+COUNT = Kind("a whole number from 1", is_count, "N", read_count)
+SECONDS = Kind("a positive number of seconds", _is_seconds, "SECONDS", read_seconds)
+FILE = Kind("the name of a file", _is_path, "FILE", str)
+FLAG = Kind("True or False", _is_flag)
+SWITCH = Kind("True or False", _is_flag, choices={"on": True, "off": False})
+WHEN = Kind("one of " + ", ".join(get_args(When)), _is_when, choices={when: when for when in get_args(When)})
+
+
+@dataclass(frozen=True, slots=True)
+class EngineFeature:
+    """Something that only some engines can be asked for, and that the harness gives them."""
+
+    name: str
+    """As Python's keyword and the entry of an engine name it."""
+    flag: str
+    usual: tuple[object, ...] = ()
+    """Values that ask for nothing."""
+
+    @property
+    def attribute(self) -> str:
+        """Where the parsed command line has its value."""
+        return self.flag.removeprefix("--").replace("-", "_")
+
+    def asks(self, given: Mapping[str, object]) -> bool:
+        """Whether it is asked for among the values that were given."""
+        return given.get(self.name) is not None and given[self.name] not in self.usual
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EngineOption(EngineFeature):
+    """An option of an engine's own."""
+
+    kind: Kind
+    help: str
+    default: object = None
+    old: tuple[str, ...] = ()
+    """Flags that mean the same, from earlier releases."""
+    part_of: str | None = None
+    """The option without which it means nothing."""
+    alone: str = ""
+    """What it is about, where that option is missing: the rest of a sentence, with {} for that option."""
+
+
+@dataclass(frozen=True, slots=True)
+class EngineOptions:
+    """What an engine is told beside what all engines are: one of `Options.own`."""
+
+    OPTIONS: ClassVar[tuple[EngineOption, ...]] = ()
+
+    @classmethod
+    def made(cls, given: Mapping[str, Any]) -> Self:
+        """From values by the names of options, of which some may be those of other engines."""
+        make: Callable[..., Self] = cls
+        return make(**cls.fields_of(given))
+
+    @classmethod
+    def fields_of(cls, given: Mapping[str, Any]) -> dict[str, Any]:
+        """The values of the fields that have the name of an option."""
+        return {each.name: given[each.name] for each in fields(cls) if each.name in given}
