@@ -119,7 +119,7 @@ class Model:
         """
         if self._document is None:
             raise ValueError(f"`{self.name}` comes from {self.path} already")
-        from llfsm_verify.arrangement.formats.yaml.writing import to_yaml
+        from llfsm_verify.yaml.writing import to_yaml
 
         folder = Path(path).resolve().parent
         document = with_files(self._document, lambda file: os.path.relpath(file, folder))

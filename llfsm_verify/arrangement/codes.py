@@ -2,30 +2,17 @@
 
 from __future__ import annotations
 
+from llfsm_verify.yaml.codes import CODES as YAML
+from llfsm_verify.yaml.codes import HINTS as YAML_HINTS
+
 CODES: dict[str, str] = {
     "E001": "There is no such file.",
     "E002": "A file cannot be read.",
     "E003": "A directory is named where a file is expected.",
     "E004": "A file is larger than 4 MiB.",
     "E005": "A file is not UTF-8 text.",
-    "E010": "A file is not YAML.",
-    "E011": "A file is empty.",
-    "E012": "YAML values are nested too deeply.",
-    "E013": "A file has too many YAML values, aliases counted.",
-    "E014": "A file has a second YAML document.",
-    "E015": "A YAML alias without an anchor before it.",
-    "E016": "A YAML tag.",
-    "E017": "A key appears twice.",
-    "E018": "A key is not a word.",
+    **YAML,
     "E019": "A file of another kind than the one expected there.",
-    "E020": "YAML takes a guard or an action apart: it must be quoted.",
-    "E030": "A mapping is expected.",
-    "E031": "A list is expected.",
-    "E032": "A single value is expected.",
-    "E033": "An unknown key.",
-    "E034": "A key is missing.",
-    "E035": "A value that is not one of the words possible there.",
-    "E036": "A name that is not a valid identifier.",
     "E040": "There is no type of that name.",
     "E041": "A type contains itself.",
     "E042": "The text is not a type, or is not one that is possible there.",
@@ -68,7 +55,6 @@ CODES: dict[str, str] = {
     "E094": "`cycle_ms` is not a positive number.",
     "E095": "`lint` names a code that no finding has.",
     "E096": "A finding is suppressed without a reason.",
-    "E097": "A file is of a later format than this version knows, or its `format` is not a valid number.",
     "E098": "`operators` names something that the arrangement does not have, or that operators cannot write.",
     "E099": "`access` names something that the arrangement does not have, or a level twice.",
     "E157": "A machine does what its clearance does not allow, or nobody may do what `operators` declares.",
@@ -80,17 +66,12 @@ CODES: dict[str, str] = {
 }
 
 HINTS: dict[str, str] = {
+    **YAML_HINTS,
+    "E011": "an arrangement has `machines:` and `schedule:`, a machine `states:`; an empty trace can be removed",
     "E001": "check the path",
     "E002": "check the path and its permissions",
     "E004": "split it into machine files",
     "E005": "name a text file saved as UTF-8",
-    "E010": "check quotes, brackets and indentation here and in the lines before",
-    "E011": "an arrangement has `machines:` and `schedule:`, a machine `states:`; an empty trace can be removed",
-    "E012": "use fewer levels of nesting",
-    "E013": "write fewer values, and fewer aliases of large ones",
-    "E017": "remove one of them",
-    "E030": "write `key: value`, one per line",
-    "E032": "write one word, number or text",
     "E040": "write `bool`, `0..15`, `int8` to `uint64`, `int` or a name from `types`",
     "E041": "a value would be infinite: leave it out there",
     "E042": "write `bool`, `0..15`, `{array: TYPE, size: N}` or `{record: {x: TYPE}}`",

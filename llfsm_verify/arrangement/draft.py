@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Literal
 
 from llfsm_verify.arrangement.model import ActionKind
-from llfsm_verify.arrangement.nodes import Node, Scalar
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
+from llfsm_verify.yaml.nodes import Node, Scalar
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from llfsm_verify.arrangement.access import Access
 from llfsm_verify.arrangement.draft import Unreadable
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence, mark
 from llfsm_verify.diagnostics import Diagnostic, Span
+from llfsm_verify.yaml.nodes import Mapping, Node, Scalar, Sequence, mark
 
 
 def other_levels(before: Node | Unreadable | None, after: Node | None) -> Iterator[Diagnostic]:

@@ -10,10 +10,10 @@ from typing import NamedTuple
 from llfsm_verify.arrangement.draft import UNREADABLE, ArrangementDraft, Draft, Unreadable
 from llfsm_verify.arrangement.formats import read_policy
 from llfsm_verify.arrangement.formats.reading import Reading
-from llfsm_verify.arrangement.formats.yaml.reader import read_machine_text
+from llfsm_verify.arrangement.formats.yaml import read_machine_text
 from llfsm_verify.arrangement.granting import other_levels
-from llfsm_verify.arrangement.nodes import written
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.yaml.nodes import written
 
 
 class Replacement(NamedTuple):

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from llfsm_verify.arrangement.draft import Lint
-from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import Suppression
-from llfsm_verify.arrangement.nodes import Scalar, mark
 from llfsm_verify.language.scope import did_you_mean
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Scalar, mark
 
 KEY = "lint"
 """The key of an arrangement, machine, state, transition or variable that suppresses findings in it."""

@@ -7,10 +7,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from math import ceil
 
-from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.files import read_source
-from llfsm_verify.arrangement.formats.yaml.compose import compose
-from llfsm_verify.arrangement.nodes import Node, Scalar, mark
 from llfsm_verify.cli.simulating import LOOKED
 from llfsm_verify.cli.usage import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
@@ -18,6 +15,9 @@ from llfsm_verify.limits import DEFAULT_STEPS
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.stepping.duration import duration_ms
 from llfsm_verify.runtime.stepping.random_run import Script, input_problem
+from llfsm_verify.yaml.compose import compose
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Node, Scalar, mark
 
 START = ("0ms", "0s", "0min", "0h")
 

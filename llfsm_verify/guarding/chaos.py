@@ -14,13 +14,13 @@ from pathlib import Path
 
 from llfsm_verify.arrangement.draft import Draft, InstanceDraft, Unreadable
 from llfsm_verify.arrangement.formats.reading import Reading
-from llfsm_verify.arrangement.formats.yaml.reader import read_machine_text
+from llfsm_verify.arrangement.formats.yaml import read_machine_text
 from llfsm_verify.arrangement.model import Arrangement, Machine
-from llfsm_verify.arrangement.nodes import implied
 from llfsm_verify.guarding.rewiring import instances
 from llfsm_verify.language.trees import nodes, of_kind
 from llfsm_verify.language.typed import AtState, Query, Read
 from llfsm_verify.language.types import ArrayType, EnumType, RecordType, Type, decimal_text, digits_of, has_int
+from llfsm_verify.yaml.nodes import implied
 
 LOADS = ("load", "load_suspended", "unload")
 MOST_PARTS = 2_000

@@ -9,7 +9,6 @@ import yaml
 
 from llfsm_verify.arrangement.draft import Draft, Unreadable
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.arrangement.nodes import Scalar
 from llfsm_verify.diagnostics import Source, Span
 from llfsm_verify.guarding.editing import Document, Edits, flow, quoted
 from llfsm_verify.guarding.rewiring import instances
@@ -18,6 +17,7 @@ from llfsm_verify.language.parser import parse_actions
 from llfsm_verify.language.syntax import Call
 from llfsm_verify.language.types import ArrayType, RecordType, scalar_text
 from llfsm_verify.monitoring.machine_reads import expressions_in, type_text
+from llfsm_verify.yaml.nodes import Scalar
 
 SUFFIX = ".machine.yaml"
 POLICY_FILE = ("access", "file")

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Mapping
 
 from llfsm_verify.arrangement.draft import ArrangementDraft, InstanceDraft, MachineDraft, Unreadable
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.arrangement.nodes import Scalar
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.guarding.codes import UNFIT
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Read
+from llfsm_verify.yaml.nodes import Scalar
 
 _WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 

@@ -10,10 +10,8 @@ from pathlib import Path
 from llfsm_verify.arrangement.draft import Draft, InstanceDraft, MachineDraft, Unreadable, WhiteboardDraft
 from llfsm_verify.arrangement.formats import Given, read_arrangement
 from llfsm_verify.arrangement.formats.reading import Reading
-from llfsm_verify.arrangement.formats.yaml.reader import read_machine_text
+from llfsm_verify.arrangement.formats.yaml import read_machine_text
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.arrangement.nodes import Scalar, implied
-from llfsm_verify.arrangement.nodes import Sequence as NodeSequence
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.guarding.beginning import begun
@@ -26,6 +24,8 @@ from llfsm_verify.logic.bounds import Clock
 from llfsm_verify.logic.properties import Property
 from llfsm_verify.monitoring.machine import Action, monitor_machine
 from llfsm_verify.monitoring.properties import Timing, monitor_properties
+from llfsm_verify.yaml.nodes import Scalar, implied
+from llfsm_verify.yaml.nodes import Sequence as NodeSequence
 
 ALARM = "alarm"
 """The parameter through which a monitor of the user's sets the alarm."""

@@ -10,23 +10,27 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Literal, cast, get_args
 
-from llfsm_verify.arrangement.fields import Report
+from llfsm_verify.arrangement.codes import HINTS
 from llfsm_verify.arrangement.files import STDIN, read_source
-from llfsm_verify.arrangement.formats.yaml.compose import compose
 from llfsm_verify.arrangement.model import Arrangement, Profile
-from llfsm_verify.arrangement.nodes import Mapping as MappingNode
-from llfsm_verify.arrangement.nodes import Node, Scalar, mark
 from llfsm_verify.checking.trace import Trace, TraceStep
 from llfsm_verify.checking.verdict import GoalKind
 from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.fileformat import FORMAT, judge_format
 from llfsm_verify.program.program import FaultSite
+from llfsm_verify.yaml.compose import compose
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Mapping as MappingNode
+from llfsm_verify.yaml.nodes import Node, Scalar, mark
+from llfsm_verify.yaml.vocabulary import Vocabulary
 
 DETAILED_STEPS = 2_000
 """A longer trace is saved without what is only there for the reader, so that reading it stays inside YAML's limits."""
 
 Expected = Literal["violated", "holds"]
 """What a replay shall find: the failure, which is known, or none, because it is mended or must be."""
+
+VOCABULARY = Vocabulary(hints=HINTS)
 
 KINDS: tuple[GoalKind, ...] = get_args(GoalKind)
 
@@ -193,8 +197,8 @@ def read_trace_file(path: str | Path, *, chosen: bool = False) -> TraceFile:
     neither or both of `property` and `fault` (E404).
     """
     source, _ = read_source(path, regular=chosen)
-    report = Report()
-    root = compose(source, report.diagnostics)
+    report = Report(VOCABULARY)
+    root = compose(source, report.diagnostics, VOCABULARY)
     file = _Reader(report).file(str(path), root)
     if report.diagnostics or file is None:
         raise DiagnosticError(sorted(report.diagnostics, key=lambda d: d.span.start if d.span else 0)[:50])

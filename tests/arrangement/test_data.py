@@ -13,9 +13,9 @@ import yaml
 
 from llfsm_verify.analysis.lint.run import lint
 from llfsm_verify.arrangement import build_arrangement, load_arrangement_text
-from llfsm_verify.arrangement.nodes import MAX_DEPTH
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.report.json import diagnostic_object, span_object
+from llfsm_verify.yaml.nodes import MAX_DEPTH
 from tests.bad_input.cases import CASES
 
 STATES = [
@@ -102,7 +102,7 @@ def test_data_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         lists = [lists]
     (deep,) = mistakes({"schedule": lists})
     assert deep.code == "E012" and str(deep.span) == "schedule" + "[0]" * (MAX_DEPTH - 1)
-    monkeypatch.setattr("llfsm_verify.arrangement.nodes.MAX_NODES", 100)
+    monkeypatch.setattr("llfsm_verify.yaml.nodes.MAX_NODES", 100)
     (wide,) = mistakes({"name": [0] * 100})
     assert (wide.code, str(wide.span)) == ("E013", "name[98]")
 

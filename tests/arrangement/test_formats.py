@@ -27,10 +27,10 @@ from llfsm_verify.arrangement.draft import (
 from llfsm_verify.arrangement.files import read_named, read_source
 from llfsm_verify.arrangement.formats import Given
 from llfsm_verify.arrangement.formats.reading import Reading
-from llfsm_verify.arrangement.nodes import Scalar, Sequence, implied, mark, written
 from llfsm_verify.arrangement.resolve.arrangement import _ordered, resolve
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
 from llfsm_verify.registry import Entry, Registry, Unregistered
+from llfsm_verify.yaml.nodes import Scalar, Sequence, implied, mark, written
 
 LAMP = "Lamp: OFF -> ON when button\nLamp: ON -> OFF when true\n"
 LINE = re.compile(r"(\w+): (\w+) -> (\w+) when (.*)")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from llfsm_verify.arrangement.formats.yaml.compose import compose
+from llfsm_verify.arrangement.keys import VOCABULARY
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
+from llfsm_verify.yaml.compose import compose
 
 TOP = "machines:\n  m:\n    inline:\n      machine: M\n      states:\n"
 
@@ -48,7 +49,7 @@ LINES = {
 
 def found(text: str, *, pure: bool) -> Diagnostic:
     with pytest.raises(DiagnosticError) as caught:
-        compose(Source("a.yaml", (TOP + text).replace("§", "")), [], pure=pure)
+        compose(Source("a.yaml", (TOP + text).replace("§", "")), [], VOCABULARY, pure=pure)
     (diagnostic,) = caught.value.diagnostics
     assert diagnostic.span is not None
     assert diagnostic.span.start == (TOP + text).index("§")
@@ -75,5 +76,5 @@ def test_a_line_that_stands_beside_nothing(name, pure):
 def test_a_guard_that_must_be_quoted_is_still_said_to_be_one():
     text = TOP + "        - name: A\n          transitions:\n            - when: a ? b : c\n              to: A\n"
     with pytest.raises(DiagnosticError) as caught:
-        compose(Source("a.yaml", text), [])
+        compose(Source("a.yaml", text), [], VOCABULARY)
     assert [d.code for d in caught.value.diagnostics] == ["E020"]

@@ -7,9 +7,9 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from llfsm_verify.arrangement.formats.yaml.compose import compose
-from llfsm_verify.arrangement.nodes import Mapping, Scalar
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.yaml.compose import compose
+from llfsm_verify.yaml.nodes import Mapping, Scalar
 from tests.quick import examples
 
 TEXTS = st.text(alphabet="ab=;&'\"\\ \n\t{}#:-é\N{GRINNING FACE}", max_size=120)

@@ -9,8 +9,7 @@ import jsonschema
 import pytest
 import yaml
 
-from llfsm_verify.arrangement import model
-from llfsm_verify.arrangement.formats import documents
+from llfsm_verify.arrangement import keys, model
 from llfsm_verify.arrangement.resolve import access, profile, whiteboard
 from llfsm_verify.arrangement.schema import load
 from tests.bad_input.cases import CASES, FRAMED
@@ -44,15 +43,15 @@ def test_keys_are_those_of_the_loader() -> None:
     arrangement: Any = load("arrangement")
     machine: Any = load("machine")
     definitions = arrangement["$defs"]
-    assert tuple(arrangement["properties"]) == documents.ARRANGEMENT_KEYS
-    assert tuple(definitions["instance"]["properties"]) == documents.INSTANCE_KEYS
-    assert tuple(machine["properties"]) == documents.MACHINE_KEYS
-    assert tuple(definitions["machine"]["properties"]) == documents.MACHINE_KEYS
-    assert tuple(definitions["state"]["properties"]) == documents.STATE_KEYS
-    assert tuple(definitions["transition"]["properties"]) == documents.TRANSITION_KEYS
-    assert tuple(definitions["variable"]["properties"]) == documents.VARIABLE_KEYS
+    assert tuple(arrangement["properties"]) == keys.ARRANGEMENT_KEYS
+    assert tuple(definitions["instance"]["properties"]) == keys.INSTANCE_KEYS
+    assert tuple(machine["properties"]) == keys.MACHINE_KEYS
+    assert tuple(definitions["machine"]["properties"]) == keys.MACHINE_KEYS
+    assert tuple(definitions["state"]["properties"]) == keys.STATE_KEYS
+    assert tuple(definitions["transition"]["properties"]) == keys.TRANSITION_KEYS
+    assert tuple(definitions["variable"]["properties"]) == keys.VARIABLE_KEYS
     board = arrangement["properties"]["whiteboard"]["additionalProperties"]["properties"]
-    assert tuple(board) == documents.WHITEBOARD_KEYS
+    assert tuple(board) == keys.WHITEBOARD_KEYS
     assert tuple(board["role"]["enum"]) == whiteboard.ROLES
     assert tuple(board["changes"]["enum"]) == whiteboard.CHANGES
     named, changed = arrangement["properties"]["profile"]["anyOf"]

@@ -88,7 +88,7 @@ def test_the_worst_code_counts(model):
 
 
 def test_a_trace_too_long_to_be_read_again_is_announced(tmp_path, monkeypatch):
-    from llfsm_verify.arrangement import nodes
+    from llfsm_verify.yaml import nodes
 
     monkeypatch.setattr(nodes, "MAX_NODES", 500)
     done = llfsm("verify", FAULTY, "-p", "p: G !(ns@GREEN && ew@GREEN)", "--save-traces", str(tmp_path))

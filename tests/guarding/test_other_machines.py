@@ -12,7 +12,7 @@ from hypothesis import reject, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.formats.reading import Reading
-from llfsm_verify.arrangement.formats.yaml.reader import read_machine_text
+from llfsm_verify.arrangement.formats.yaml import read_machine_text
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.verdict import Options, Verdict
 from llfsm_verify.diagnostics import DiagnosticError

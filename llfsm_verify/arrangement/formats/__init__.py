@@ -15,8 +15,8 @@ from llfsm_verify.registry import Entry, Registry
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.draft import Draft, MachineDraft, Unreadable
     from llfsm_verify.arrangement.formats.reading import Reading
-    from llfsm_verify.arrangement.nodes import Node, Scalar
     from llfsm_verify.diagnostics import Span
+    from llfsm_verify.yaml.nodes import Node, Scalar
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,20 +38,20 @@ class Given:
 
 ARRANGEMENTS: Registry[Callable[[Given], Draft]] = Registry(
     "arrangement format",
-    [Entry("yaml", "llfsm_verify.arrangement.formats.yaml.reader:read_arrangement", "YAML", (".yaml", ".yml"))],
+    [Entry("yaml", "llfsm_verify.arrangement.formats.yaml:read_arrangement", "YAML", (".yaml", ".yml"))],
 )
 """Of whole arrangements. A reader raises DiagnosticError for a file that it cannot open."""
 
 MACHINES: Registry[Callable[[Reading, Path, Scalar], MachineDraft | Unreadable]] = Registry(
     "machine format",
-    [Entry("yaml", "llfsm_verify.arrangement.formats.yaml.reader:read_machine", "YAML", (".yaml", ".yml"))],
+    [Entry("yaml", "llfsm_verify.arrangement.formats.yaml:read_machine", "YAML", (".yaml", ".yml"))],
 )
 """Of machines in files of their own. A reader gets the path and the place where it is named; what it reads, and what is
 wrong with it, goes to the `Reading`."""
 
 POLICIES: Registry[Callable[[Reading, Path, Scalar], Node | None]] = Registry(
     "policy format",
-    [Entry("yaml", "llfsm_verify.arrangement.formats.yaml.reader:read_policy", "YAML", (".yaml", ".yml"))],
+    [Entry("yaml", "llfsm_verify.arrangement.formats.yaml:read_policy", "YAML", (".yaml", ".yml"))],
 )
 """Of what `access` may say in a file of its own; otherwise as for machines."""
 

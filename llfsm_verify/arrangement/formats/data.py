@@ -7,12 +7,12 @@ from collections.abc import Mapping as MappingABC
 from decimal import Decimal
 from pathlib import Path
 
-from llfsm_verify.arrangement import nodes
 from llfsm_verify.arrangement.draft import UNREADABLE, Draft
 from llfsm_verify.arrangement.formats.documents import draft_arrangement
 from llfsm_verify.arrangement.formats.reading import Reading
-from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence
 from llfsm_verify.diagnostics import DataSource, Diagnostic, DiagnosticError, Fragment, Span
+from llfsm_verify.yaml import nodes
+from llfsm_verify.yaml.nodes import Mapping, Node, Scalar, Sequence
 
 NAME = "<document>"
 _PLAIN_KEY = re.compile(r"\w+\Z")

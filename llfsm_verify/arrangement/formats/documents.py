@@ -1,6 +1,6 @@
 """Documents: arrangements and machines in the shape of mappings with known keys, as YAML files and Python data have it.
 
-Here it is said which keys there are, which are missing and which have the wrong shape; docs/files.md describes them.
+Here it is said which keys (`keys.py`) are missing and which have the wrong shape; docs/files.md describes them.
 """
 
 from __future__ import annotations
@@ -22,27 +22,23 @@ from llfsm_verify.arrangement.draft import (
     VariableDraft,
     WhiteboardDraft,
 )  # fmt: skip
-from llfsm_verify.arrangement.fields import VERSION, Report, is_name
 from llfsm_verify.arrangement.formats.reading import Reading
+from llfsm_verify.arrangement.keys import (
+    ARRANGEMENT_KEYS,
+    ENVIRONMENT_KEYS,
+    INSTANCE_KEYS,
+    MACHINE_KEYS,
+    STATE_KEYS,
+    TRANSITION_KEYS,
+    VARIABLE_KEYS,
+    WHITEBOARD_KEYS,
+)  # fmt: skip
 from llfsm_verify.arrangement.model import ACTION_KINDS, ActionKind
-from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence, mark
 from llfsm_verify.arrangement.suppressions import KEY
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import did_you_mean
-
-ARRANGEMENT_KEYS = (
-    VERSION, "name", "profile", "observe", "cycle_ms", "timing", "finished", "fairness",
-    "types", "tables", "whiteboard", "machines", "environment", "schedule", "processes", "pool", "operators", "access",
-    KEY,
-)  # fmt: skip
-INSTANCE_KEYS = ("file", "inline", "parameters", "suspended", "on_fault", "model")
-ENVIRONMENT_KEYS = ("file", "inline", "parameters")
-WHITEBOARD_KEYS = ("type", "init", "role", "changes", "safe", KEY)
-MACHINE_KEYS = (VERSION, "machine", "parameters", "variables", "initial", "suspend", "states", KEY)
-STATE_KEYS = ("name", "variables", *ACTION_KINDS, "transitions", "stays", "runs", KEY)
-TRANSITION_KEYS = ("when", "to", KEY)
-VARIABLE_KEYS = ("type", "init", KEY)
-KEYS = {*ARRANGEMENT_KEYS, *INSTANCE_KEYS, *WHITEBOARD_KEYS, *MACHINE_KEYS, *STATE_KEYS, *TRANSITION_KEYS}
+from llfsm_verify.yaml.fields import Report, is_name
+from llfsm_verify.yaml.nodes import Mapping, Node, Scalar, Sequence, mark
 
 
 def draft_arrangement(reading: Reading, root: Node, name: str) -> ArrangementDraft | Unreadable:

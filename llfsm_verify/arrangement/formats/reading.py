@@ -7,10 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from llfsm_verify.arrangement.draft import ArrangementDraft, Draft, MachineDraft, Unreadable
-from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.formats import read_machine, read_policy
-from llfsm_verify.arrangement.nodes import Node, Scalar
+from llfsm_verify.arrangement.keys import VOCABULARY
 from llfsm_verify.diagnostics import Diagnostic, Source
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Node, Scalar
 
 
 class Reading(Report):
@@ -18,7 +19,7 @@ class Reading(Report):
 
     def __init__(self, folder: Path, files: Mapping[str, str] | None = None) -> None:
         """`folder`: where machine files are looked up. `files`: texts of some by their paths, read instead."""
-        super().__init__()
+        super().__init__(VOCABULARY)
         self.folder = folder
         self.files = files or {}
         self.sources: list[Source] = []

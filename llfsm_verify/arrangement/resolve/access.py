@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Mapping
 
 from llfsm_verify.arrangement.access import Access
-from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import POLICY, Machine, Operator, WhiteboardVariable
-from llfsm_verify.arrangement.nodes import Node, mark
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import did_you_mean
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Node, mark
 
 KEYS = ("levels", "machines", "write", "command", "users", "on_violation")
 

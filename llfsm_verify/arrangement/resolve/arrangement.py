@@ -16,7 +16,7 @@ from llfsm_verify.arrangement.draft import (
     Unreadable,
     has_unreadable,
 )
-from llfsm_verify.arrangement.fields import Report
+from llfsm_verify.arrangement.keys import VOCABULARY
 from llfsm_verify.arrangement.model import (
     BETWEEN_STEPS,
     ENVIRONMENT,
@@ -30,7 +30,6 @@ from llfsm_verify.arrangement.model import (
     Suppression,
     WhiteboardVariable,
 )
-from llfsm_verify.arrangement.nodes import Mapping, mark
 from llfsm_verify.arrangement.resolve.access import check_access, resolve_access
 from llfsm_verify.arrangement.resolve.constant_comparisons import constant_comparisons
 from llfsm_verify.arrangement.resolve.instance import InstanceChecker, InstanceText
@@ -51,6 +50,8 @@ from llfsm_verify.kept import fingerprint, installation, kept_or_computed
 from llfsm_verify.language.scope import Scope, enumerators_of
 from llfsm_verify.language.types import EnumType
 from llfsm_verify.packing import PackingError, pack
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Mapping, mark
 
 MAX_DIAGNOSTICS = 50
 WORTH_KEEPING = 50_000
@@ -92,7 +93,7 @@ def _kept_as(draft: Draft, *, integer_guards: bool) -> str | None:
 
 
 def _resolved(draft: Draft, *, integer_guards: bool) -> Arrangement:
-    report = Report()
+    report = Report(VOCABULARY)
     report.diagnostics += draft.diagnostics
     arrangement = None
     if not isinstance(draft.arrangement, Unreadable):

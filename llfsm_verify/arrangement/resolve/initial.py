@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence, mark
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.language.scope import Scope, did_you_mean
 from llfsm_verify.language.statements import check_constant
 from llfsm_verify.language.types import ArrayType, FixedType, RecordType, ScalarType, Type, Value
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Mapping, Node, Scalar, Sequence, mark
 
 
 def read_value(report: Report, node: Node, kind: Type, scope: Scope, what: str) -> Value | None:

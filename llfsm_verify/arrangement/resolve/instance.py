@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import Machine, State, Transition
-from llfsm_verify.arrangement.nodes import Node, Scalar, mark
 from llfsm_verify.arrangement.resolve.initial import read_constant, read_value
 from llfsm_verify.arrangement.resolve.machine import MachineText, ParameterText, StateText, VariableText
 from llfsm_verify.arrangement.resolve.nesting import resolve_runs
@@ -17,6 +15,8 @@ from llfsm_verify.language.scope import NO_MACHINES, Constant, MachineSignature,
 from llfsm_verify.language.statements import check_actions, check_guard
 from llfsm_verify.language.typed import Statement, Variable
 from llfsm_verify.language.types import ArrayType, RecordType, default_value
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Node, Scalar, mark
 
 
 @dataclass(frozen=True, slots=True)

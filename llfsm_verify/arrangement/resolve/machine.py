@@ -15,15 +15,15 @@ from llfsm_verify.arrangement.draft import (
     Unreadable,
     VariableDraft,
 )  # fmt: skip
-from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import ACTION_KINDS, ActionKind, Suppression
-from llfsm_verify.arrangement.nodes import Node, Scalar, mark
 from llfsm_verify.arrangement.resolve.type_table import TypeTable
 from llfsm_verify.arrangement.suppressions import resolve_suppressions
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import IMPLICIT_SUSPEND, did_you_mean
 from llfsm_verify.language.syntax import ParsedActions, ParsedExpression
 from llfsm_verify.language.types import Type
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Node, Scalar, mark
 
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import Machine
-from llfsm_verify.arrangement.nodes import Node, mark
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import MachineSignature, did_you_mean
 from llfsm_verify.language.trees import nodes
 from llfsm_verify.language.typed import Command, Query
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Node, mark
 
 
 def resolve_runs(

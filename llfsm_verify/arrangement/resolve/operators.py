@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Mapping
 from typing import cast
 
-from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import POLICY, REPLACE, Machine, Operator, OperatorKind, WhiteboardVariable
-from llfsm_verify.arrangement.nodes import Node, mark
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.language.types import ArrayType, IntType, RecordType
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Node, mark
 
 KINDS = ("suspend", "resume", "restart", "load", "unload", "load_suspended", "write", REPLACE, POLICY)
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from llfsm_verify.arrangement.draft import ProcessDraft, Unreadable
-from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import ENVIRONMENT, Process
-from llfsm_verify.arrangement.nodes import Mapping, Node, mark
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import did_you_mean
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Mapping, Node, mark
 
 
 def resolve_processes(

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Literal, cast
 
-from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import PROFILES, Profile
-from llfsm_verify.arrangement.nodes import Node, Scalar
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Node, Scalar
 
 PROFILE_KEYS = ("base", "snapshot", "self_transition_restarts_clock", "restart_enters_initial", "commands")
 SNAPSHOTS = ("none", "ringlet", "after_entry", "cycle")

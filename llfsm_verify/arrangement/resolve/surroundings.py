@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import Machine, WhiteboardVariable
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Assign, Read
+from llfsm_verify.yaml.fields import Report
 
 
 def resolve_surroundings(

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 from llfsm_verify.arrangement.draft import Entry
-from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.nodes import Node, mark
 from llfsm_verify.language.scope import Table
 from llfsm_verify.language.types import MAX_DIGITS, DecimalType, RangeType, fits_in_64_bits
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Node, mark
 
 MOST_NUMBERS = 1024
 """Numbers in one table: what is looked up is found by halving, which is written out at each place."""

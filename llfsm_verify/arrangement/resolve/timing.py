@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from fractions import Fraction
 from math import floor
 
-from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.nodes import Node, mark
 from llfsm_verify.language.constants import longest
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import After
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Node, mark
 
 MAX_TICKS = 1 << 20
 _PERIOD = re.compile(r"[0-9]{1,12}(\.[0-9]{1,12})?\Z")

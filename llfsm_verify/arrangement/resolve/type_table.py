@@ -7,9 +7,7 @@ from collections.abc import Iterable
 from fractions import Fraction
 
 from llfsm_verify.arrangement.draft import Entry
-from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import DeclaredType
-from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence, mark
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import DECIMAL_NAMES, DECIMAL_TYPE, TYPE_NAMES, did_you_mean
 from llfsm_verify.language.statements import BEYOND, basic_type
@@ -24,6 +22,8 @@ from llfsm_verify.language.types import (
     Type,
     fits_in_64_bits,
 )
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Mapping, Node, Scalar, Sequence, mark
 
 MAX_ELEMENTS = 4096
 """Scalars in one value."""

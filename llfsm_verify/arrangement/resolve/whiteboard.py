@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from typing import Literal, cast
 
 from llfsm_verify.arrangement.draft import Unreadable, WhiteboardDraft
-from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import Suppression, WhiteboardVariable
 from llfsm_verify.arrangement.resolve.initial import read_value
 from llfsm_verify.arrangement.resolve.type_table import TypeTable
@@ -14,6 +13,7 @@ from llfsm_verify.arrangement.suppressions import resolve_suppressions
 from llfsm_verify.language.scope import STEP_WORDS, Scope
 from llfsm_verify.language.typed import Variable
 from llfsm_verify.language.types import default_value, has_int
+from llfsm_verify.yaml.fields import Report
 
 ROLES = ("input", "output", "shared")
 CHANGES = ("step", "cycle", "never")

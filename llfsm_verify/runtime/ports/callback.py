@@ -7,12 +7,12 @@ import sys
 from collections.abc import Callable, Mapping
 from decimal import Decimal
 
-from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.nodes import Node, mark
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.ports.codes import UNKNOWN
 from llfsm_verify.runtime.ports.port import Link, Port, Start, Started, Unopened
 from llfsm_verify.values import Shown
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Node, mark
 
 Function = Callable[[Mapping[str, Shown]], Mapping[str, Json | Decimal] | None]
 """Gets the outputs by field, and returns values of some of its inputs by field, or None."""

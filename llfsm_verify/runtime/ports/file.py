@@ -6,12 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import cast
 
-from llfsm_verify.arrangement.fields import VERSION, Report
 from llfsm_verify.arrangement.files import read_source
-from llfsm_verify.arrangement.formats.yaml.compose import compose
-from llfsm_verify.arrangement.nodes import Mapping as MappingNode
-from llfsm_verify.arrangement.nodes import Node, Scalar, mark
-from llfsm_verify.arrangement.nodes import Sequence as SequenceNode
 from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.program.program import Choice
@@ -21,6 +16,11 @@ from llfsm_verify.runtime.ports.kinds import PORTS, kind_named
 from llfsm_verify.runtime.ports.port import ON_FAILURE, Kind, OnFailure, PortSpec
 from llfsm_verify.runtime.stepping.duration import duration_ms
 from llfsm_verify.values import ValueProblem, choice_value
+from llfsm_verify.yaml.compose import compose
+from llfsm_verify.yaml.fields import VERSION, Report
+from llfsm_verify.yaml.nodes import Mapping as MappingNode
+from llfsm_verify.yaml.nodes import Node, Scalar, mark
+from llfsm_verify.yaml.nodes import Sequence as SequenceNode
 
 FILE_KEYS = (VERSION, "ports")
 PORT_KEYS = ("kind", "inputs", "outputs", "on_failure", "timeout", "safe")

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.nodes import Node, mark
 from llfsm_verify.runtime.ports.codes import UNKNOWN
 from llfsm_verify.runtime.ports.mqtt import MqttPort, MqttSettings
 from llfsm_verify.runtime.ports.numbers import whole_number
 from llfsm_verify.runtime.ports.port import Link, Started
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Node, mark
 
 MOST_TOPIC = 65_535
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.nodes import Node, mark
 from llfsm_verify.runtime.ports.codes import UNKNOWN
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Node, mark
 
 
 def whole_number(report: Report, found: Mapping[str, Node], key: str, low: int, high: int, default: int) -> int | None:

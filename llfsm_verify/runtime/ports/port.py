@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, Protocol, get_args
 
-from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.nodes import Node
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.values import Shown
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Node
 
 OnFailure = Literal["stale", "safe", "stop"]
 ON_FAILURE: tuple[OnFailure, ...] = get_args(OnFailure)

@@ -10,13 +10,13 @@ import socket
 from collections.abc import Iterator, Mapping
 from decimal import Decimal
 
-from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.nodes import Node, mark
 from llfsm_verify.runtime.ports.codes import UNKNOWN
 from llfsm_verify.runtime.ports.port import Link, Started
 from llfsm_verify.runtime.whiteboard.client import Whiteboard, WhiteboardError, called
 from llfsm_verify.runtime.whiteboard.places import NoPlace, socket_path
 from llfsm_verify.values import Shown
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Node, mark
 
 RETRY = 1.0
 """Seconds between two calls of a server who is not there."""

@@ -7,17 +7,17 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from llfsm_verify.arrangement.fields import VERSION, Report
 from llfsm_verify.arrangement.files import read_source
-from llfsm_verify.arrangement.formats.yaml.compose import compose
-from llfsm_verify.arrangement.nodes import Mapping as MappingNode
-from llfsm_verify.arrangement.nodes import Node, Scalar, mark
 from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.language.types import decimal_text
 from llfsm_verify.program.program import Choice
 from llfsm_verify.runtime.deciding.logs.codes import UNKNOWN
 from llfsm_verify.values import ValueProblem, choice_value
+from llfsm_verify.yaml.compose import compose
+from llfsm_verify.yaml.fields import VERSION, Report
+from llfsm_verify.yaml.nodes import Mapping as MappingNode
+from llfsm_verify.yaml.nodes import Node, Scalar, mark
 
 KEYS = (VERSION, "columns", "time", "topic", "ended")
 COLUMN_KEYS = ("column", "values", "scale", "offset", "round")

@@ -6,15 +6,16 @@ from dataclasses import replace
 from pathlib import Path
 
 from llfsm_verify.arrangement.draft import UNREADABLE, Draft, MachineDraft, Unreadable
-from llfsm_verify.arrangement.fields import VERSION
 from llfsm_verify.arrangement.files import read_named, read_source, read_stdin, source_of
 from llfsm_verify.arrangement.formats import Given
 from llfsm_verify.arrangement.formats.documents import draft_arrangement, draft_machine
 from llfsm_verify.arrangement.formats.reading import Reading
-from llfsm_verify.arrangement.formats.yaml.compose import compose
+from llfsm_verify.arrangement.keys import VOCABULARY
 from llfsm_verify.arrangement.kinds import may_be_shown, other_kind, unlike
-from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, mark
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
+from llfsm_verify.yaml.compose import compose
+from llfsm_verify.yaml.fields import VERSION
+from llfsm_verify.yaml.nodes import Mapping, Node, Scalar, mark
 
 
 def read_arrangement(given: Given) -> Draft:
@@ -27,7 +28,7 @@ def read_arrangement(given: Given) -> Draft:
     if given.named_at is not None and not may_be_shown(source):
         instead = unlike("arrangement", source.name, given.named_at)
     try:
-        root = compose(source, reading.diagnostics)
+        root = compose(source, reading.diagnostics, VOCABULARY)
     except DiagnosticError as e:
         reading.diagnostics = list(e.diagnostics)
         return reading.draft(UNREADABLE, source.name, other if _is_empty(e) else instead)
@@ -76,7 +77,7 @@ def read_policy(reading: Reading, path: Path, at: Scalar) -> Node | None:
     found: list[Diagnostic] = []
     root: Node | None = None
     try:
-        root = compose(source, found)
+        root = compose(source, found, VOCABULARY)
     except DiagnosticError as e:
         found = list(e.diagnostics)
     if instead is not None:
@@ -97,7 +98,7 @@ def _machine_in(
     before = len(reading.diagnostics)
     found: list[Diagnostic] = []
     try:
-        root = compose(source, found)
+        root = compose(source, found, VOCABULARY)
     except DiagnosticError as e:
         said = other if _is_empty(e) else instead
         reading.diagnostics += e.diagnostics if said is None else [said]

@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from llfsm_verify.arrangement.formats.documents import KEYS
-from llfsm_verify.arrangement.model import ACTION_KINDS
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
+from llfsm_verify.yaml.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
     import yaml
@@ -23,10 +22,7 @@ _SLIPS = {
 """What is wrong on the line of a complaint, or on the one above it (only the first of them)."""
 _UNMARKED = re.compile(r"[ ]*((?:-[ ]+)*([A-Za-z_]\w*))((?:[ ]+[^\s=:][^:]*)?)$")
 _LINE = re.compile(r"^(?![ ]*(?:#|$)).*", re.MULTILINE)
-_NAMED = re.compile(r"(?:types|tables|whiteboard|machines|variables|parameters|processes):$")
-"""Keys below which users choose the keys."""
 _TYPED = re.compile(r"(bool|u?int\d*|-?\d+\.\.-?\d+)[ ]+([A-Za-z_]\w*)(?:[ ]*=[ ]*([^\s;]+))?[ ]*[;,]?")
-_TO = re.compile(rf"^[ \t]*(?:-[ ]+)*(?:{'|'.join(ACTION_KINDS)})[ \t]*:", re.MULTILINE)
 
 
 def unclosed(source: Source, error: yaml.YAMLError, at: int) -> Diagnostic | None:
@@ -56,12 +52,12 @@ def unclosed(source: Source, error: yaml.YAMLError, at: int) -> Diagnostic | Non
     return Diagnostic("E010", f"this `{sign}` is never closed", span, hint=hint)
 
 
-def missing(source: Source, error: yaml.YAMLError, at: int) -> Diagnostic | None:
+def missing(source: Source, error: yaml.YAMLError, at: int, vocabulary: Vocabulary) -> Diagnostic | None:
     """The sign that is missing, or too much, on the line of the parser's complaint, or where what it read began."""
     context, begin = str(getattr(error, "context", "")), _begin(error)
     problem = str(getattr(error, "problem", ""))
     if context == "while scanning a simple key" and begin is not None:
-        return _colon(source, begin)
+        return _colon(source, begin, vocabulary)
     start = source.text.rfind("\n", 0, at) + 1
     line, before = source.line(source.position(at)[0]), source.text[start:at]
     here = Span(source, at, at + 1)
@@ -99,12 +95,13 @@ def behind(source: Source, error: yaml.YAMLError, at: int) -> Diagnostic | None:
     return None
 
 
-def slipped(source: Source, error: yaml.YAMLError, at: int) -> Diagnostic | None:
+def slipped(source: Source, error: yaml.YAMLError, at: int, vocabulary: Vocabulary) -> Diagnostic | None:
     """A `-` without its blank, a key without its `:`, or `(…)` for `{…}`, on the line of the complaint or on those
     before it that it goes on from."""
     context, problem = str(getattr(error, "context", "")), str(getattr(error, "problem", ""))
     if not problem.startswith("mapping values") and not context.startswith("while parsing a block"):
         return None
+    names = tuple(f"{key}:" for key in vocabulary.named)
     end, found = source.text.find("\n", at), None
     above = list(_LINE.finditer(source.text, 0, end if end >= 0 else len(source.text)))[-200:]
     lines = [(line.start(), line[0].split(" #")[0].rstrip()) for line in reversed(above)]
@@ -115,12 +112,12 @@ def slipped(source: Source, error: yaml.YAMLError, at: int) -> Diagnostic | None
             if (slip := re.fullmatch(rf"[ ]*{pattern}", line)) is not None:
                 return Diagnostic("E010", slip.expand(said[0]), span, hint=slip.expand(said[1]))
         outer = next((text for _, text in lines[number + 1 :] if len(text) - len(text.lstrip(" ")) < indent), "")
-        if _NAMED.search(outer) and _TYPED.fullmatch(line.strip()):
-            return _colon(source, begin + indent)
+        if outer.endswith(names) and _TYPED.fullmatch(line.strip()):
+            return _colon(source, begin + indent, vocabulary)
         bare = None if line.endswith(";") or len(line) > 200 else _UNMARKED.match(line)
         if number and bare is None:  # here begins the text that the complaint is about
             return None if line.endswith(("|", ">")) else found
-        if bare is not None and (bare[2] in KEYS or _NAMED.search(outer)):
+        if bare is not None and (bare[2] in vocabulary.keys or outer.endswith(names)):
             hint = f"write `{bare[1]}:{bare[3][:60]}`"
             found = Diagnostic("E010", f"`:` is missing after `{bare[2]}`", span, hint=hint)
     return found
@@ -148,7 +145,7 @@ def _comma(source: Source, at: int) -> Diagnostic | None:
     return Diagnostic("E010", f"`,` is missing before `{word[1]}`", Span(source, *word.span(1)), hint=instead)
 
 
-def _colon(source: Source, begin: int) -> Diagnostic | None:
+def _colon(source: Source, begin: int, vocabulary: Vocabulary) -> Diagnostic | None:
     """For a line at `begin` that is no entry of a mapping."""
     line = source.text[begin:].split("\n", 1)[0].rstrip()
     span = Span(source, begin, begin + len(line))
@@ -156,11 +153,12 @@ def _colon(source: Source, begin: int) -> Diagnostic | None:
     if joined is not None:
         hint = f"write `{joined[1]}: {joined[2][:60]}`"
         return Diagnostic("E010", f"a blank is missing after `{joined[1]}:`", span, hint=hint)
-    if (typed := _TYPED.fullmatch(line)) is not None:
+    if vocabulary.named and (typed := _TYPED.fullmatch(line)) is not None:
         hint = f"write `{typed[2]}: {{type: {typed[1]}{f', init: {typed[3]}' if typed[3] else ''}}}`"
         return Diagnostic("E010", "the type of a variable follows its name", span, hint=hint)
-    actions = list(_TO.finditer(source.text, max(0, begin - 2000), begin))
-    if line.endswith((";", "{", "}")) and actions and not line.startswith(ACTION_KINDS):
+    keys = re.compile(rf"^[ \t]*(?:-[ ]+)*(?:{'|'.join(vocabulary.actions)})[ \t]*:", re.MULTILINE)
+    actions = list(keys.finditer(source.text, max(0, begin - 2000), begin)) if vocabulary.actions else []
+    if line.endswith((";", "{", "}")) and actions and not line.startswith(vocabulary.actions):
         key = actions[-1][0].strip(" \t-:")
         hint = f"write `{key}: |`, and indent the lines of the action by more than `{key}`"
         return Diagnostic("E010", "this line belongs to no key", span, hint=hint)

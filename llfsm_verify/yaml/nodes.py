@@ -1,6 +1,6 @@
 """What is written, in the shapes that notations share: single values, lists and mappings, each with its place.
 
-A format may have more to say of them, by classes of its own (`formats/yaml/compose.py`).
+A format may have more to say of them, by classes of its own (`compose.py`).
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ MAX_NODES = 100_000
 class _Written:
     __slots__ = ()
 
-    def misread(self, key: str) -> Diagnostic | None:  # noqa: ARG002 - a format may have something to say
-        """What to say where an expression is expected under `key`, and this is not what its author wrote."""
+    def misread(self, key: str, *, guard: bool) -> Diagnostic | None:  # noqa: ARG002 - a format may have something to say
+        """What to say where a guard or an action is expected under `key`, and this is not what its author wrote."""
         return None
 
 
@@ -55,6 +55,8 @@ class Mapping(_Written):
         before: tuple[str, Node],  # noqa: ARG002 - as above
         key: Scalar,  # noqa: ARG002
         value: Node,  # noqa: ARG002
+        *,
+        guard: bool,  # noqa: ARG002
     ) -> Diagnostic | None:
         """What to say of an unknown `key` that the expression in the entry `before` it was split into."""
         return None

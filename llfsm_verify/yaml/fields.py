@@ -5,70 +5,29 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from llfsm_verify.arrangement.codes import HINTS
-from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence, mark
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
 from llfsm_verify.fileformat import judge_format
 from llfsm_verify.language import codes as language_codes
 from llfsm_verify.language.scope import RESERVED, did_you_mean
 from llfsm_verify.language.syntax import ParsedActions, ParsedExpression
+from llfsm_verify.yaml.nodes import Mapping, Node, Scalar, Sequence, mark
+from llfsm_verify.yaml.vocabulary import PLAIN, Vocabulary
 
 VERSION = "format"
-"""The key of an arrangement or machine that says for which format of files it was written."""
+"""The key that says for which format of files a file was written."""
+_MERGE = "merge keys are not used here; write the keys out"
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
-_LATER = {
-    "clearance": "the arrangement gives machines their clearance, under `access`",
-    "plant": "write the model of the surroundings under `environment`",
-    "model": "write `model` beside `file` or `inline`, where the arrangement names the machine",
-    "<<": "merge keys are not used here; write the keys out",
-    "lint": "`lint` is allowed in an arrangement, a machine, a state, a transition, and the declaration of a variable",
-}
-"""What to say of keys that stand nowhere, or not here."""
-_MEANT = {
-    "when": "if guard condition cond",
-    "to": "target goto then next dest destination",
-    "name": "state id title",
-    "machine": "name id",
-    "machines": "fsms fsm",
-    "whiteboard": "variables vars globals shared inputs outputs",
-    "types": "enums enum",
-    "init": "default value initial",
-    "initial": "init start begin initial_state",
-    "internal": "do during loop tick action body",
-    "on_entry": "entry enter",
-    "on_exit": "exit leave",
-    "stays": "final end terminal",
-    "cycle_ms": "period tick step dt cycle",
-    "variables": "vars locals",
-    "schedule": "order sequence",
-    "environment": "plant surroundings",
-}
-"""By key what others call it."""
-_NO_KEY = {
-    "action": "a transition has no action: write it under `on_exit` of this state, or `on_entry` of the next",
-    "input": "write `role: input`",
-    "output": "write `role: output`",
-    "array": "write `type: {array: TYPE, size: N}`",
-}
-
-
-_SHAPES = {
-    "a transition": "write `{when: …, to: STATE}`",
-    "a state": "write `name: STATE`, and its other keys below",
-    "`machines`": "write `NAME: {file: NAME.machine.yaml}`, one per line",
-    **dict.fromkeys(("`whiteboard`", "`variables`"), "write `NAME: {type: TYPE}`, one per line"),
-}
-"""How what is named is written, where that says more than that it has keys and values."""
 
 
 class Report:
     """Collects diagnostics; `error` appends one."""
 
-    def __init__(self) -> None:
+    def __init__(self, vocabulary: Vocabulary = PLAIN) -> None:
+        self.vocabulary = vocabulary
         self.diagnostics: list[Diagnostic] = []
 
     def error(self, code: str, message: str, span: Span, hint: str | None = None, notes: tuple[str, ...] = ()) -> None:
-        hint = hint or HINTS.get(code) or language_codes.HINTS.get(code)
+        hint = hint or self.vocabulary.hints.get(code) or language_codes.HINTS.get(code)
         self.diagnostics.append(Diagnostic(code, message, span, notes, hint))
 
     def add(self, e: DiagnosticError) -> None:
@@ -77,7 +36,7 @@ class Report:
     def mapping(self, node: Node, what: str) -> Mapping | None:
         if isinstance(node, Mapping):
             return node
-        hint = _SHAPES.get(what)
+        hint = self.vocabulary.shapes.get(what)
         if hint is None and isinstance(node, Sequence):
             hint = "write `key: value`, one per line, without `-` and `[ ]`"
         self.error("E030", f"{what} must be a mapping (`key: value`)", mark(node), hint)
@@ -121,7 +80,12 @@ class Report:
             last = list(found)[-1] if found else None
             meant = _joined(key.text, keys)
             joined += meant[:1]
-            split = None if last is None or meant else mapping.split((last, found[last]), key, value)
+            is_text = last in self.vocabulary.texts
+            split = (
+                None
+                if last is None or meant or not is_text
+                else mapping.split((last, found[last]), key, value, guard=last in self.vocabulary.guards)
+            )
             if split is not None:
                 self.diagnostics.append(split)
                 complete = False
@@ -134,9 +98,13 @@ class Report:
         return None if missing or not complete else found
 
     def unknown_key(self, key: Scalar, what: str, known: tuple[str, ...]) -> None:
-        hint = next((f"write `{k}`" for k, words in _MEANT.items() if k in known and key.text in words.split()), None)
+        words = self.vocabulary
+        hint = next(
+            (f"write `{k}`" for k, others in words.called.items() if k in known and key.text in others.split()), None
+        )
         hint = f"write `{': '.join(meant).strip()[:80]}`" if (meant := _joined(key.text, known)) else hint
-        hint = _LATER.get(key.text) or hint or (_NO_KEY.get(key.text) if "type" in known or "when" in known else None)
+        hint = words.elsewhere.get(key.text) or (_MERGE if key.text == "<<" else None) or hint
+        hint = hint or (words.spelt.get(key.text) if "type" in known or "when" in known else None)
         hint = hint or did_you_mean(key.text, known) or f"known keys: {', '.join(known)}"
         self.error("E033", f"{what} has no key `{key.text[:60]}`", key.span, hint)
 
@@ -205,7 +173,7 @@ class Report:
 
     def text(self, node: Node, key: str) -> Fragment | None:
         """The text of an expression or action; what was not meant as one gets a diagnostic that says so."""
-        misread = node.misread(key)
+        misread = node.misread(key, guard=key in self.vocabulary.guards)
         if misread is not None:
             self.diagnostics.append(misread)
         elif isinstance(node, Scalar):

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import yaml
 
-from llfsm_verify.arrangement import nodes
-from llfsm_verify.arrangement.codes import HINTS
-from llfsm_verify.arrangement.formats.yaml.scalars import scalar_fragment
-from llfsm_verify.arrangement.formats.yaml.traps import TEXTS, eaten, explain, suspect
-from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
+from llfsm_verify.yaml import nodes
+from llfsm_verify.yaml.nodes import Mapping, Node, Scalar, Sequence
+from llfsm_verify.yaml.scalars import scalar_fragment
+from llfsm_verify.yaml.traps import eaten, explain, suspect
+from llfsm_verify.yaml.vocabulary import PLAIN, Vocabulary
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,8 +27,8 @@ class YamlScalar(Scalar):
     anchored: bool
     size: int = 1
 
-    def misread(self, key: str) -> Diagnostic | None:
-        return eaten(self.span, key) if self.anchored and not self.text else None
+    def misread(self, key: str, *, guard: bool) -> Diagnostic | None:
+        return eaten(self.span, key, guard=guard) if self.anchored and not self.text else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,8 +37,8 @@ class YamlSequence(Sequence):
 
     size: int
 
-    def misread(self, key: str) -> Diagnostic | None:
-        return eaten(self.span, key)
+    def misread(self, key: str, *, guard: bool) -> Diagnostic | None:
+        return eaten(self.span, key, guard=guard)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,13 +48,13 @@ class YamlMapping(Mapping):
     flow: bool
     size: int
 
-    def misread(self, key: str) -> Diagnostic | None:
-        return eaten(self.span, key)
+    def misread(self, key: str, *, guard: bool) -> Diagnostic | None:
+        return eaten(self.span, key, guard=guard)
 
-    def split(self, before: tuple[str, Node], key: Scalar, value: Node) -> Diagnostic | None:
+    def split(self, before: tuple[str, Node], key: Scalar, value: Node, *, guard: bool) -> Diagnostic | None:
         last, node = before
-        if self.flow and last in TEXTS and _is_plain(key) and _is_plain(value) and not _text(value):
-            return eaten(Span(key.span.source, node.span.start, key.span.end), last)
+        if self.flow and _is_plain(key) and _is_plain(value) and not _text(value):
+            return eaten(Span(key.span.source, node.span.start, key.span.end), last, guard=guard)
         return None
 
 
@@ -70,7 +70,10 @@ def _text(node: Node) -> str:
 
 
 class _Composer:
-    def __init__(self, source: Source, events: Iterator[yaml.Event], diagnostics: list[Diagnostic]) -> None:
+    def __init__(
+        self, source: Source, events: Iterator[yaml.Event], diagnostics: list[Diagnostic], vocabulary: Vocabulary
+    ) -> None:
+        self.vocabulary = vocabulary
         self.source = source
         self.events = events
         self.diagnostics = diagnostics
@@ -78,7 +81,9 @@ class _Composer:
         self.total = 0
 
     def fail(self, code: str, message: str, span: Span, hint: str | None = None) -> DiagnosticError:
-        return DiagnosticError([*self.diagnostics, Diagnostic(code, message, span, hint=hint or HINTS.get(code))])
+        return DiagnosticError(
+            [*self.diagnostics, Diagnostic(code, message, span, hint=hint or self.vocabulary.hints.get(code))]
+        )
 
     def span(self, event: yaml.Event) -> Span:
         start = _index(event.start_mark)
@@ -137,9 +142,9 @@ class _Composer:
         name = str(event.anchor)
         target = self.anchors.get(name)
         if target is None:
-            trap = suspect(self.source, span.start)
+            trap = suspect(self.source, span.start, self.vocabulary)
             if trap is not None:
-                raise DiagnosticError([*self.diagnostics, eaten(*trap)])
+                raise DiagnosticError([*self.diagnostics, eaten(*trap, guard=trap[1] in self.vocabulary.guards)])
             what = "is inside its own anchor" if name in self.anchors else "has no anchor before it"
             raise self.fail(
                 "E015", f"the alias `*{name}` {what}", span, "quote the value if it is not meant as an alias"
@@ -183,7 +188,9 @@ class _Composer:
             elif key.text in seen:
                 note = f"the first one is at line {seen[key.text].span.line}"
                 self.diagnostics.append(
-                    Diagnostic("E017", f"the key `{key.text}` appears twice", key.span, (note,), HINTS["E017"])
+                    Diagnostic(
+                        "E017", f"the key `{key.text}` appears twice", key.span, (note,), self.vocabulary.hints["E017"]
+                    )
                 )
             else:
                 seen[key.text] = key
@@ -195,8 +202,12 @@ def _index(mark: object) -> int:
     return int(getattr(mark, "index", 0))
 
 
-def compose(source: Source, diagnostics: list[Diagnostic], *, pure: bool = False) -> YamlNode:
+def compose(
+    source: Source, diagnostics: list[Diagnostic], vocabulary: Vocabulary = PLAIN, *, pure: bool = False
+) -> YamlNode:
     """The value in `source`; what is wrong but can be read past is appended to `diagnostics`.
+
+    Advice is given in the words of `vocabulary`.
 
     `pure` uses the YAML parser written in Python even when the faster one is there. Raises DiagnosticError when the
     text is not YAML (E010), empty (E011) or beyond a limit (E012 to E014).
@@ -204,15 +215,15 @@ def compose(source: Source, diagnostics: list[Diagnostic], *, pure: bool = False
     before = len(diagnostics)
     loader = yaml.SafeLoader if pure else getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
-        root = _Composer(source, iter(yaml.parse(source.text, Loader=loader)), diagnostics).document()
+        root = _Composer(source, iter(yaml.parse(source.text, Loader=loader)), diagnostics, vocabulary).document()
     except yaml.YAMLError as e:
         if not pure and "nesting depth" in str(getattr(e, "problem", "")):
             # libyaml 0.2.6 looks ahead, and gives up before it has told where our own limit is passed.
             del diagnostics[before:]
-            return compose(source, diagnostics, pure=True)
-        raise DiagnosticError([*diagnostics, explain(source, e)]) from None
+            return compose(source, diagnostics, vocabulary, pure=True)
+        raise DiagnosticError([*diagnostics, explain(source, e, vocabulary)]) from None
     if root is None:
         raise DiagnosticError(
-            [*diagnostics, Diagnostic("E011", "the file is empty", hint=HINTS["E011"], file=source.name)]
+            [*diagnostics, Diagnostic("E011", "the file is empty", hint=vocabulary.hints["E011"], file=source.name)]
         )
     return root
