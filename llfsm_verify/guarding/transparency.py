@@ -12,7 +12,6 @@ from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.diagnostics import DiagnosticError
-from llfsm_verify.guarding.lockstep import MARK, Lockstep, Unlike, lockstep
 from llfsm_verify.guarding.wanted import Names
 from llfsm_verify.kripke.explore import MAX_ROOTS, Explorer
 from llfsm_verify.kripke.labels.sizes import is_wide
@@ -20,6 +19,7 @@ from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.program.moves import Move
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.transforms.lockstep import MARK, Lockstep, Unlike, lockstep
 from llfsm_verify.values import Value
 
 MOST_STEPS = 100_000_000

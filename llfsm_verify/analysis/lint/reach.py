@@ -18,7 +18,7 @@ from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.probes import Outcome
-from llfsm_verify.semantics.probing import Probed
+from llfsm_verify.transforms.probing import Probed
 
 if TYPE_CHECKING:
     import numpy as np

@@ -29,7 +29,7 @@ from llfsm_verify.program.program import Program
 if TYPE_CHECKING:
     from llfsm_verify.engines.explicit.checkpoints import Checkpoints
     from llfsm_verify.kripke.labels.labels import Labels
-    from llfsm_verify.program.cone import Cone
+    from llfsm_verify.transforms.cone import Cone
 
 REDUCE_FROM = 250_000
 """Nodes from which on a space counts as large."""
@@ -122,7 +122,7 @@ class ExplicitSession(Session):
 
     @cached_property
     def _cone(self) -> Cone:
-        from llfsm_verify.program.cone import cone
+        from llfsm_verify.transforms.cone import cone
 
         return cone(self._program)
 

@@ -13,7 +13,7 @@ from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.program.moves import Move
 
 if TYPE_CHECKING:
-    from llfsm_verify.program.cone import Cone
+    from llfsm_verify.transforms.cone import Cone
 
 
 class Schedules:

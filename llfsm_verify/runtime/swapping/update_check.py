@@ -32,10 +32,10 @@ from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.monitoring.lookup import MonitorTooLarge
 from llfsm_verify.monitoring.states import Monitor
 from llfsm_verify.program.moves import Move
-from llfsm_verify.runtime.swapping.monitor_program import TooManyEdges
 from llfsm_verify.runtime.swapping.state_transfer import HasLayout, StateTransfer, Untransferable
 from llfsm_verify.runtime.swapping.update_points import UNKNOWN, Accepted, update_point
 from llfsm_verify.runtime.swapping.version import Version
+from llfsm_verify.transforms.monitors import TooManyEdges
 
 MOST_ATOMS = 12
 """Of a property of which a monitor does not see every violation, with its assumptions."""

@@ -16,7 +16,7 @@ from llfsm_verify.monitoring.lookup import walk_table
 from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.runtime.live.plan import decidable
 from llfsm_verify.runtime.stepping.monitored import first_states
-from llfsm_verify.runtime.swapping.monitor_program import monitor_name, with_monitors, within_names
+from llfsm_verify.transforms.monitors import monitor_name, with_monitors, within_names
 from llfsm_verify.values import Value
 
 

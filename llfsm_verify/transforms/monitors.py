@@ -1,6 +1,8 @@
 """Programs that keep the states of monitors, and where their processes stand in their cycles, in their configurations.
 
-What is reachable is then reachable together with what the monitors have come to.
+Kept: every run, with its letters, faults and overflows: what is added reads the program and writes variables of its
+own. What is reachable is then reachable together with what the monitors have come to. Source: the product with a
+deterministic safety automaton (O. Kupferman and M. Y. Vardi, Model checking of safety properties, FMSD 2001).
 """
 
 from __future__ import annotations
