@@ -341,10 +341,4 @@ class ExplicitSession(Session):
         )
 
     def _why_unknown(self, graph: Graph) -> str:
-        return graph.stopped or _overflow(graph) or "the exploration was cut short"
-
-
-def _overflow(graph: Graph) -> str | None:
-    if graph.overflow is None:
-        return None
-    return "a value of type int left the 64 bits in which the executor holds it"
+        return graph.unfinished or "the exploration was cut short"

@@ -22,9 +22,10 @@ from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.checking.goals.goal import bad_prefixes_of
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Problem
+from llfsm_verify.checking.reach import FIRST_LOOK, GROWTH
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.engines.explicit.product_search import Projection
-from llfsm_verify.engines.explicit.search import FIRST_LOOK, GROWTH, Reading, Search
+from llfsm_verify.engines.explicit.search import Reading, Search
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.logic.formula import apply
@@ -345,7 +346,7 @@ class _UpdateCheck:
         record = plain.encode_record({**values, **plain.initial_outputs()})
         moves = [move for pair in pairwise(found.walk) for move in explorer.witness(*pair, None)]
         if found.fault is not None:
-            moves += explorer.fault_witness(found.walk[-1], found.fault)
+            moves += [explorer.first_fault(found.walk[-1], (found.fault,))[1]]
         return Counterexample(record, self._after.states(key), tuple(moves), later, found.endless)
 
 
