@@ -3,28 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import closing
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.layout import Layout
+from llfsm_verify.checking.reach import FaultRun, Reachable
 from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.diagnostics import DiagnosticError
-from llfsm_verify.guarding.lockstep import MARK, Lockstep, Unlike, lockstep
 from llfsm_verify.guarding.wanted import Names
-from llfsm_verify.kripke.explore import MAX_ROOTS, Explorer
+from llfsm_verify.kripke.explore import MAX_ROOTS
 from llfsm_verify.kripke.labels.sizes import is_wide
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.limits import Budget, LimitReached
-from llfsm_verify.program.moves import Move
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.transforms.lockstep import MARK, Lockstep, Unlike, lockstep
 from llfsm_verify.values import Value
 
 MOST_STEPS = 100_000_000
 """Steps after which it is not known: an input with many values has as many from each configuration."""
-OVERFLOW = "a value of type int left the 64 bits in which the executor holds it"
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,38 +69,25 @@ def transparency(
 
 
 def _explored(both: Lockstep, budget: Budget) -> Transparent | Different | Unproved:
-    inner = Layout.of(both.guarded)
+    layout = Layout.of(both.program)
 
-    def roots(layout: Layout) -> Iterator[bytes]:
-        outputs = layout.encode_outputs(layout.initial_outputs())
-        for record in inner.initial(MAX_ROOTS):
-            yield layout.encode(both.start(inner.decode(record))) + outputs
+    def roots() -> Iterator[bytes]:
+        inner = Layout.of(both.guarded)
+        return (layout.encode(both.start(inner.decode(record))) for record in inner.initial(MAX_ROOTS))
 
     # Classes of values belong to one place where an input is read, and here both read it.
     wide = any(is_wide(choice) and choice.name in both.resampled for choice in both.program.choices)
     labels = None if wide else labels_of(both.program, budget)
-    explorer = Explorer(both.program, budget, with_edges=False, labels=labels, roots=roots)
-    try:
-        graph = explorer.graph
-        bad = {both.differs, *both.own}
-        while not graph.exhausted and graph.stopped is None and not bad & set(graph.faults):
-            explorer.explore(max(2 * len(graph), 1000), MOST_STEPS)
-        found = min(bad & set(graph.faults), key=lambda number: graph.faults[number], default=None)
+    with closing(Reachable(both.program, budget, roots=roots(), labels=labels)) as space:
+        graph = space.graph
+        found = space.fault({both.differs, *both.own}, most_steps=MOST_STEPS)
         if found is not None:
-            path = graph.path_to(graph.faults[found])
-            moves = [move for pair in pairwise(path) for move in explorer.witness(*pair, None)]
-            moves += explorer.fault_witness(path[-1], found)
-            values = explorer.layout.decode(graph.key(path[0]))
-            return _performed(both, values, moves, found)
-        if not graph.complete:
-            return Unproved(graph.stopped or OVERFLOW)
-        return Transparent(graph.configurations)
-    finally:
-        explorer.close()
+            return _performed(both, layout.decode(graph.key(found.path[0])), found)
+        return Unproved(graph.unfinished) if graph.unfinished is not None else Transparent(graph.configurations)
 
 
-def _performed(both: Lockstep, values: Mapping[str, Value], moves: list[Move], fault: int) -> Different:
-    """The executor takes the moves in both arrangements. Disagreement: it does not find what the search has found."""
+def _performed(both: Lockstep, values: Mapping[str, Value], run: FaultRun) -> Different:
+    """The run in both arrangements, each by itself. Disagreement: they do not differ at its end."""
     guarded, original = Execution(both.guarded), Execution(both.original)
     after, before = (
         each.layout.encode_record({**values, **extra, **each.layout.initial_outputs()})
@@ -109,22 +95,16 @@ def _performed(both: Lockstep, values: Mapping[str, Value], moves: list[Move], f
     )
     names = {info.name for info in both.original.machines}
     steps: list[TraceStep] = []
-    for move in moves:
+    for move in run.moves:
         step = guarded.step(after, move)
         shown = guarded.describe(after, move, step, ())
         steps.append(shown)
         if step.status:
-            site = both.guarded.faults[step.status - 1]
-            if step.status - 1 != fault:
-                raise Disagreement("the executor ends in another fault than the run that was found")
-            return Different(tuple(steps), (), site.message)
+            return Different(tuple(steps), (), both.guarded.faults[step.status - 1].message)
         after = step.record
         if shown.machine in names and original.enabled(before):
             same = {name: move.choices[other] for name, other in both.named.items() if other in move.choices}
-            taken = original.step(before, replace(move, choices=move.choices | same))
-            if taken.status:
-                raise Disagreement("the original ends in a fault in the run that was found")
-            before = taken.record
+            before = original.step(before, replace(move, choices=move.choices | same)).record
     old, new = dict(original.shown(before)), dict(guarded.shown(after))
     found = tuple((name, text, new[name]) for name, text in old.items() if name in new and new[name] != text)
     if not found:

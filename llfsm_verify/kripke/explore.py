@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Iterable, Sequence
-from itertools import islice
+from collections.abc import Callable, Collection, Iterable, Sequence
+from itertools import islice, pairwise
 from time import perf_counter, thread_time
 from typing import TYPE_CHECKING
 
@@ -315,6 +315,11 @@ class Explorer:
         NoWitness when there are none."""
         return self._witnesses.letter(source, letter)
 
-    def fault_witness(self, source: int, fault: int) -> list[Move]:
-        """The move that leads from a node into a fault, in a list. Raises NoWitness when there is none."""
-        return self._witnesses.fault(source, fault)
+    def moves(self, path: Sequence[int], fault: int | None = None) -> list[Move]:
+        """The moves along a path of the graph, and from its end into a fault. Raises NoWitness when there are none."""
+        found = [move for source, target in pairwise(path) for move in self.witness(source, target, None)]
+        return found if fault is None else [*found, self.first_fault(path[-1], (fault,))[1]]
+
+    def first_fault(self, source: int, faults: Collection[int]) -> tuple[int, Move]:
+        """The first of the steps from a node that lead into one of these faults. Raises NoWitness."""
+        return self._witnesses.fault(source, faults)

@@ -13,6 +13,7 @@ EPSILON = 0xFFFFFFFF
 """The label of an edge in the middle of a cycle when only whole cycles have a letter (``observe: cycle``)."""
 MAX_NODES = (1 << 32) - 2
 """Nodes are numbered in 32 bits."""
+OVERFLOW = "a value of type int left the 64 bits in which the executor holds it"
 Letters = int | tuple[int, ...] | None
 """What an edge shows: a letter, as a mask; the letters of a chain; None for nothing."""
 FIRST_BYTES, NUMBER_BYTES = 8, 4
@@ -82,6 +83,11 @@ class Graph:
     def exhausted(self) -> bool:
         """Nothing is left to expand (the graph is complete, unless a step left 64-bit arithmetic)."""
         return self.expanded == self.count
+
+    @property
+    def unfinished(self) -> str | None:
+        """Why it is not complete, in a sentence without its full stop."""
+        return self.stopped or (None if self.overflow is None else OVERFLOW)
 
     def record(self, node: int) -> bytes:
         """All words of a node."""

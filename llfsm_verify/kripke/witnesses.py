@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING
 
 from llfsm_verify.backends.native.executor import Edge, NativeProgram
@@ -111,9 +111,9 @@ class GraphWitnesses:
                 before = edge.record
         raise NoWitness(f"no step from node {source} shows that letter")
 
-    def fault(self, source: int, fault: int) -> list[Move]:
-        """The move that leads from a node into a fault, in a list. Raises NoWitness when there is none."""
+    def fault(self, source: int, faults: Collection[int]) -> tuple[int, Move]:
+        """The first of the steps from a node that lead into one of these faults. Raises NoWitness."""
         for move, status, _, _ in self._moves(source):
-            if status == fault + 1:
-                return [move]
-        raise NoWitness(f"fault {fault} does not happen from node {source}")
+            if status - 1 in faults:
+                return status - 1, move
+        raise NoWitness(f"none of the faults {sorted(faults)} happens from node {source}")

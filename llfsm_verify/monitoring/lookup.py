@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import ctypes
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -73,6 +74,16 @@ class WalkTable:
             bits = sum(1 << i for i, place in enumerate(self.places[at : at + width]) if letter >> place & 1)
             node, at = stage[node << width | bits], at + width
         return node
+
+
+def first_states(
+    tables: Sequence[WalkTable], atoms: Sequence[Sequence[str]], letter: Mapping[str, bool]
+) -> ctypes.Array[ctypes.c_int64]:
+    """The states of monitors that have read a first letter; there is room for one at least."""
+    states = (ctypes.c_int64 * max(1, len(tables)))()
+    for k, (table, own) in enumerate(zip(tables, atoms, strict=True)):
+        states[k] = table.step(table.numbers[0], sum(1 << i for i, key in enumerate(own) if letter[key]))
+    return states
 
 
 _Cubes = frozenset[tuple[int, int, int]]

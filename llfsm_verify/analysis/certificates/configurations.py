@@ -43,7 +43,5 @@ def explore(explorer: Explorer) -> None:
     explorer.explore(MOST_STATES + 1, MOST_STEPS)
     if len(graph) > MOST_STATES:
         raise TooLarge(f"there are more than {MOST_STATES:,} configurations")
-    if graph.stopped is not None:
-        raise LimitReached(graph.stopped)
-    if not graph.complete:
-        raise LimitReached("a value of type int left the 64 bits in which the executor holds it")
+    if graph.unfinished is not None:
+        raise LimitReached(graph.unfinished)

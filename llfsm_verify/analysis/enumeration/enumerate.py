@@ -17,7 +17,7 @@ from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, PropertyResult
 from llfsm_verify.limits import LimitReached
-from llfsm_verify.program.cone import cone
+from llfsm_verify.transforms.cone import cone
 
 MOST_NODES = 1_000_000
 """Nodes of the graph in which other counterexamples are looked for."""

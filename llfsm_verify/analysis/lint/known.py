@@ -9,7 +9,7 @@ from llfsm_verify.analysis.lint.finding import Proof
 from llfsm_verify.analysis.lint.local import Locally, Situation
 from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.semantics.probes import Outcome, Probe
-from llfsm_verify.semantics.probing import Probed
+from llfsm_verify.transforms.probing import Probed
 
 
 class Runs(Protocol):

@@ -15,7 +15,7 @@ from llfsm_verify.engines.unrolled.question import Exhausted, Question
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.program.program import MachineInfo
 from llfsm_verify.semantics.probes import DEAD, Outcome, Probe
-from llfsm_verify.semantics.probing import Probed
+from llfsm_verify.transforms.probing import Probed
 from llfsm_verify.values import Value
 
 EFFORT = 3_000_000

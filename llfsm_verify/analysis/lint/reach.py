@@ -5,20 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from llfsm_verify.analysis.lint.slicing import worthwhile_cone
+from llfsm_verify.checking.reach import Reachable
 from llfsm_verify.checking.replay.confirm import Schedule
-from llfsm_verify.kripke.explore import Explorer
-from llfsm_verify.kripke.graph import FIRST_BYTES, NUMBER_BYTES
+from llfsm_verify.kripke.graph import FIRST_BYTES, NUMBER_BYTES, OVERFLOW
 from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.probes import Outcome
-from llfsm_verify.semantics.probing import Probed
+from llfsm_verify.transforms.probing import Probed
 
 if TYPE_CHECKING:
     import numpy as np
@@ -55,28 +54,26 @@ class Reach:
             labels = labels_of(self.program, budget) if classes else None
         except LimitReached as limit:
             stopped = str(limit)
-        self._explorer = Explorer(self.program, budget, labels=labels)
+        space = Reachable(self.program, budget, labels=labels, with_edges=True)
+        self._explorer, self._graph, self.close = space.explorer, space.graph, space.close
         # What a limit has ended is not gone on with value by value.
-        self._explorer.graph.stopped = self._explorer.graph.stopped or stopped
+        self._graph.stopped = self._graph.stopped or stopped
         enumerated = any(note.classes is None for note in self.inputs)
-        self._explorer.explore(None, MOST_STEPS if enumerated and not patient else None)
+        space.explore(MOST_STEPS if enumerated and not patient else None)
         self.layout = self._explorer.layout
 
     @property
     def complete(self) -> bool:
-        return self._explorer.graph.complete
+        return self._graph.complete
 
     @property
     def reason(self) -> str | None:
         """Why it is not complete, in a sentence."""
-        graph = self._explorer.graph
-        if graph.overflow is not None:
-            return "a value of type int left the 64 bits in which the executor holds it"
-        return graph.stopped
+        return self._graph.stopped if self._graph.overflow is None else OVERFLOW
 
     @property
     def configurations(self) -> int:
-        return self._explorer.graph.configurations
+        return self._graph.configurations
 
     @property
     def inputs(self) -> tuple[InputNote, ...]:
@@ -94,7 +91,7 @@ class Reach:
         """Of what was explored."""
         import numpy as np
 
-        graph = self._explorer.graph
+        graph = self._graph
         count = graph.expanded
         keys = np.frombuffer(graph.keys.view(8 * graph.words * len(graph)), dtype="<u8").reshape(len(graph), -1)
         first = np.frombuffer(graph.first.view(FIRST_BYTES * (count + 1)), dtype="<i8")
@@ -107,7 +104,7 @@ class Reach:
     @property
     def alphabet(self) -> list[int]:
         """The letters that labels stand for: bit k is the k-th outcome of the probed program."""
-        return self._explorer.graph.alphabet
+        return self._graph.alphabet
 
     @cached_property
     def _edges(self) -> Mapping[Outcome, int]:
@@ -137,17 +134,11 @@ class Reach:
 
     def run_to_configuration(self, node: int) -> Schedule:
         """A shortest run to a configuration."""
-        path = self._explorer.graph.path_to(node)
-        moves: list[Move] = []
-        for source, target in pairwise(path):
-            moves += self._whole(self._explorer.witness(source, target, None))
-        return Schedule(self._explorer.free(path[0]), tuple(moves), None)
+        path = self._graph.path_to(node)
+        return Schedule(self._explorer.free(path[0]), tuple(self._whole(self._explorer.moves(path))), None)
 
     def _whole(self, moves: list[Move]) -> list[Move]:
         """The moves with values of the choices that only what was left out depends on."""
         if self._cone is None:
             return moves
         return [Move(m.process, self._cone.extend(m.choices)) for m in moves]
-
-    def close(self) -> None:
-        self._explorer.close()

@@ -22,7 +22,7 @@ from llfsm_verify.arrangement.model import Arrangement, Suppression
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.semantics.letters import Observed
-from llfsm_verify.semantics.probing import probed
+from llfsm_verify.transforms.probing import probed
 
 MAX_STATES = 1_000_000
 """Configurations up to which lint explores, unless the limits say otherwise."""

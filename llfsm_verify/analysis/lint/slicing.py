@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from llfsm_verify.kripke.labels.sizes import WIDE
-from llfsm_verify.program.cone import Cone, cone
 from llfsm_verify.program.program import Program, Unbounded, Var
 from llfsm_verify.semantics.probes import DEAD
-from llfsm_verify.semantics.probing import Probed
+from llfsm_verify.transforms.cone import Cone, cone
+from llfsm_verify.transforms.probing import Probed
 
 
 def worthwhile_cone(probed: Probed) -> Cone | None:

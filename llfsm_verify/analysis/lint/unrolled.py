@@ -16,7 +16,7 @@ from llfsm_verify.engines.unrolled.question import Exhausted, Question
 from llfsm_verify.engines.unrolled.schedules import schedule_of
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.semantics.probes import Outcome
-from llfsm_verify.semantics.probing import Probed
+from llfsm_verify.transforms.probing import Probed
 
 DEPTH = 20
 """Steps of the longest runs that are looked at."""

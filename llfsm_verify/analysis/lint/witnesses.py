@@ -16,9 +16,9 @@ from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import AtState, Expression, Index, Literal, Read
 from llfsm_verify.program.program import Choice
 from llfsm_verify.semantics.probes import Outcome
-from llfsm_verify.semantics.probing import Probed, probed
 from llfsm_verify.semantics.storage import element_names as all_element_names
 from llfsm_verify.semantics.walk import elements as element_names
+from llfsm_verify.transforms.probing import Probed, probed
 from llfsm_verify.values import Value, elements, text, value_text
 
 MOST_VALUES = 12

@@ -82,7 +82,7 @@ class RunResult(NamedTuple):
 class Edge(NamedTuple):
     """One step from record number `source`; `process` -1 is the stutter.
 
-    `record` is a successor when `status` is 0, else it means nothing."""
+    `record` is a successor when `status` is 0, else it shows how far the step had come."""
 
     source: int
     process: int

@@ -12,11 +12,12 @@ from pathlib import Path
 
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.checking.problem import Problem
+from llfsm_verify.checking.reach import FIRST_LOOK
 from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, counted
 from llfsm_verify.engines.explicit.options import Checkpointing, CheckpointWarning
 from llfsm_verify.engines.explicit.product_search import Walk
-from llfsm_verify.engines.explicit.search import FIRST_LOOK, Search
+from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.checkpoint import OtherVersion, Section, Unusable, header_of, load
 from llfsm_verify.kripke.graph import MAX_NODES, Graph, Letters

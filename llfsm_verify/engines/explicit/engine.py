@@ -29,7 +29,7 @@ from llfsm_verify.program.program import Program
 if TYPE_CHECKING:
     from llfsm_verify.engines.explicit.checkpoints import Checkpoints
     from llfsm_verify.kripke.labels.labels import Labels
-    from llfsm_verify.program.cone import Cone
+    from llfsm_verify.transforms.cone import Cone
 
 REDUCE_FROM = 250_000
 """Nodes from which on a space counts as large."""
@@ -122,7 +122,7 @@ class ExplicitSession(Session):
 
     @cached_property
     def _cone(self) -> Cone:
-        from llfsm_verify.program.cone import cone
+        from llfsm_verify.transforms.cone import cone
 
         return cone(self._program)
 
@@ -341,10 +341,4 @@ class ExplicitSession(Session):
         )
 
     def _why_unknown(self, graph: Graph) -> str:
-        return graph.stopped or _overflow(graph) or "the exploration was cut short"
-
-
-def _overflow(graph: Graph) -> str | None:
-    if graph.overflow is None:
-        return None
-    return "a value of type int left the 64 bits in which the executor holds it"
+        return graph.unfinished or "the exploration was cut short"

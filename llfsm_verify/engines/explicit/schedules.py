@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from llfsm_verify.checking.engine import Violated
@@ -13,7 +12,7 @@ from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.program.moves import Move
 
 if TYPE_CHECKING:
-    from llfsm_verify.program.cone import Cone
+    from llfsm_verify.transforms.cone import Cone
 
 
 class Schedules:
@@ -41,11 +40,7 @@ class Schedules:
 
     def of_fault(self, number: int, path: Sequence[int]) -> Violated:
         """A run into fault `number`, which happens in a step from the last configuration of `path`."""
-        moves: list[Move] = []
-        for source, target in pairwise(path):
-            moves += self._explorer.witness(source, target, None)
-        moves += self._explorer.fault_witness(path[-1], number)
-        return Violated(self._schedule(path[0], moves, None))
+        return Violated(self._schedule(path[0], self._explorer.moves(path, number), None))
 
     def _letter(self, mask: int) -> Letter:
         return frozenset(n for i, n in enumerate(self._explorer.observed) if mask >> i & 1)

@@ -12,6 +12,7 @@ from llfsm_verify.checking.claims import Claim, add_premises, claim_of
 from llfsm_verify.checking.engine import Excluded
 from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of
 from llfsm_verify.checking.problem import Problem
+from llfsm_verify.checking.reach import FIRST_LOOK, GROWTH
 from llfsm_verify.checking.world import fixed_atoms, world_atoms
 from llfsm_verify.engines.explicit.bad_prefixes import (
     continued_bad_prefix,
@@ -26,11 +27,6 @@ from llfsm_verify.kripke.living import Living
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.program.program import Unbounded
 from llfsm_verify.stages import stage
-
-FIRST_LOOK = 2_000
-"""Nodes after which the properties are first looked at; then each time the graph has grown fourfold, so that a
-violation near the start is found in a space that never ends."""
-GROWTH = 4
 
 
 @dataclass(slots=True)

@@ -10,8 +10,8 @@ from llfsm_verify.checking.claims import Claim, add_premises
 from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of
 from llfsm_verify.engines.inductive.observers import FairLoops, Prefixes, Rounds
 from llfsm_verify.engines.unrolled.runs import BAD, EVERY, Table, TableMove, automaton_table, monitor_table
-from llfsm_verify.program.cone import cone
 from llfsm_verify.program.program import Program
+from llfsm_verify.transforms.cone import cone
 
 BOUNDS = (1, 4, 16, 64)
 """Rounds that are tried, one after the other."""

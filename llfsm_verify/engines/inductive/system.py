@@ -21,10 +21,10 @@ from llfsm_verify.engines.inductive.observers import (
     scalars_beside,
     text_of,
 )
-from llfsm_verify.program.cone import EMPTY
 from llfsm_verify.program.program import Expr, Get, Int, Program, Type
 from llfsm_verify.program.symbolic import Key
 from llfsm_verify.program.terms import const
+from llfsm_verify.transforms.cone import EMPTY
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from functools import cached_property
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.executor import StepResult
+from llfsm_verify.checking.monitors import WORDS
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.limits import tick
@@ -19,7 +20,6 @@ from llfsm_verify.runtime.debugging.kept import MOST_STEPS
 from llfsm_verify.runtime.debugging.paths import DebugError, Free, Next, Path, free_value
 from llfsm_verify.runtime.debugging.start import Start
 from llfsm_verify.runtime.debugging.watches import Watch
-from llfsm_verify.runtime.live.monitors import WORDS
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.values import elements, text, value_text
 

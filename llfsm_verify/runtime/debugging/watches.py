@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.monitors import WORDS, monitors_of
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Disagreement, Letter
 from llfsm_verify.checking.replay.execution import Execution
@@ -18,7 +19,6 @@ from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice
 from llfsm_verify.runtime.debugging.paths import DebugError
 from llfsm_verify.runtime.debugging.start import Start
-from llfsm_verify.runtime.live.monitors import WORDS, monitors_of
 
 NAME = "the formula"
 

@@ -14,6 +14,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.claims import claim_of
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.goals.kinds import goals_of
+from llfsm_verify.checking.monitors import monitors_of
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Letter
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
@@ -24,7 +25,6 @@ from llfsm_verify.runtime.deciding.letters import SlotLetters
 from llfsm_verify.runtime.deciding.recordings import Decided, Watch
 from llfsm_verify.runtime.live.codes import ABSENT, UNSEEN
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, STEPS
-from llfsm_verify.runtime.live.monitors import monitors_of
 from llfsm_verify.runtime.live.slots import Slot
 
 MOST_LETTERS = 1 << 20

@@ -10,6 +10,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.claims import claim_of
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
 from llfsm_verify.checking.goals.kinds import goals_of
+from llfsm_verify.checking.monitors import monitors_of
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Letter, Schedule, atoms_of, first_letter
 from llfsm_verify.checking.replay.execution import Execution
@@ -19,7 +20,6 @@ from llfsm_verify.program.program import Expr, Local, Program
 from llfsm_verify.program.trees import nodes
 from llfsm_verify.runtime.live.frame import STEPS
 from llfsm_verify.runtime.live.loop import LiveCode
-from llfsm_verify.runtime.live.monitors import monitors_of
 from llfsm_verify.runtime.recording.file import Recording, Turn
 from llfsm_verify.runtime.recording.origin import code_of, free_of
 from llfsm_verify.runtime.recording.replay import performed

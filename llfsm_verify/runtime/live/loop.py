@@ -12,9 +12,10 @@ from llfsm_verify.backends.native.code import BROKEN
 from llfsm_verify.backends.native.context import STATUS, ContextLayout
 from llfsm_verify.backends.native.executor import FULL_EFFORT_LINES, NativeProgram, _nonzero_seed
 from llfsm_verify.backends.native.machine_code import Effort, MachineCode
+from llfsm_verify.checking.monitors import verdicts_of
 from llfsm_verify.kripke.observing import initial_atoms
 from llfsm_verify.monitoring.code import atom_places, monitor_text
-from llfsm_verify.monitoring.lookup import walk_table
+from llfsm_verify.monitoring.lookup import first_states, walk_table
 from llfsm_verify.monitoring.states import Monitor
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live import control
@@ -30,10 +31,9 @@ from llfsm_verify.runtime.live.frame import (
     FrameLayout,
 )  # fmt: skip
 from llfsm_verify.runtime.live.memory import store, words
-from llfsm_verify.runtime.live.monitors import verdicts_of
 from llfsm_verify.runtime.live.text import live_text
 from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing, representatives
-from llfsm_verify.runtime.stepping.monitored import first_states, places
+from llfsm_verify.runtime.stepping.monitored import places
 from llfsm_verify.runtime.stepping.visited import state_places, states_of, unvisited
 from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.values import Value

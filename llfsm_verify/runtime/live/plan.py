@@ -8,12 +8,12 @@ from fractions import Fraction
 from types import MappingProxyType
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.problem import Problem, bind
+from llfsm_verify.checking.monitors import decidable
+from llfsm_verify.checking.problem import bind
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.monitoring.states import Monitor
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
-from llfsm_verify.runtime.live.monitors import monitors_of
 from llfsm_verify.runtime.live.preparing import drawn_choices, runnable, safe_values, starting_values
 from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing, free_values
 from llfsm_verify.runtime.stepping.random_run import input_problem
@@ -117,12 +117,3 @@ def monitored(
     """The program of an arrangement that runs with monitors of properties, these, and why others have none."""
     problem = bind(arrangement, properties)
     return problem.program(keep_all_bits=True), *decidable(problem)
-
-
-def decidable(problem: Problem) -> tuple[Mapping[str, Monitor], Mapping[str, str]]:
-    """The monitors of the properties that a finite part of a run can decide, and why others have none."""
-    monitors, reasons = monitors_of(problem)
-    for name in [name for name, monitor in monitors.items() if monitor.hopeless[0]]:
-        del monitors[name]
-        reasons[name] = "no finite part of a run decides it"
-    return monitors, reasons

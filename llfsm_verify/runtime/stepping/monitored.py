@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.native.code import BROKEN
@@ -13,7 +13,7 @@ from llfsm_verify.backends.native.loops import Between, fill, run_loop
 from llfsm_verify.backends.native.machine_code import MachineCode
 from llfsm_verify.kripke.observing import initial_atoms
 from llfsm_verify.monitoring.code import Place, atom_places, monitor_text
-from llfsm_verify.monitoring.lookup import Stepping, WalkTable, walk_table
+from llfsm_verify.monitoring.lookup import Stepping, first_states, walk_table
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing
 from llfsm_verify.runtime.stepping.simulation import Simulation, SimulationOverflow
@@ -143,16 +143,6 @@ class MonitoredSimulation(Simulation):
 def places(program: Program, native: NativeProgram) -> dict[str, Place]:
     """Where records show the atoms. A Bool takes a bit."""
     return {atom.name: native.layout.fields[atom.output].place(0) for atom in program.atoms}
-
-
-def first_states(
-    tables: Sequence[WalkTable], atoms: Sequence[Sequence[str]], letter: Mapping[str, bool]
-) -> ctypes.Array[ctypes.c_int64]:
-    """The states of monitors that have read a first letter; there is room for one at least."""
-    states = (ctypes.c_int64 * max(1, len(tables)))()
-    for k, (table, own) in enumerate(zip(tables, atoms, strict=True)):
-        states[k] = table.step(table.numbers[0], sum(1 << i for i, key in enumerate(own) if letter[key]))
-    return states
 
 
 class _Watch:

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from llfsm_verify.limits import Limits
 from llfsm_verify.runtime.live import signals
 from llfsm_verify.runtime.live.forks import close_but, fork
-from llfsm_verify.runtime.swapping.update_points import UNKNOWN, Accepted
+from llfsm_verify.verification.changes.update_points import UNKNOWN, Accepted
 
 GRACE = 2
 """Seconds after its limit in which the process may say so itself."""

@@ -18,7 +18,7 @@ from llfsm_verify.runtime.swapping.check_process import Finding
 from llfsm_verify.runtime.swapping.settings import Loaded, RunSettings
 
 if TYPE_CHECKING:
-    from llfsm_verify.runtime.swapping.update_check import Refusal
+    from llfsm_verify.verification.changes.update_check import Refusal
 
 MOST_REFUSED = 1000
 """Recordings of refused machines beside one of a run."""
@@ -42,7 +42,7 @@ class CheckTask:
 
     def finding(self) -> Finding:
         """The answer. Errors are mistakes of ours."""
-        from llfsm_verify.runtime.swapping.update_check import Question, Refusal, check_update
+        from llfsm_verify.verification.changes.update_check import Question, Refusal, check_update
 
         try:
             running, following = self._resolved(self.running), self._resolved(self.following)

@@ -18,7 +18,7 @@ from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.plan import monitored
 from llfsm_verify.runtime.live.preparing import safe_values, starting_values
 from llfsm_verify.runtime.recording.file import Recorder
-from llfsm_verify.runtime.swapping.update_check import Counterexample, Refusal
+from llfsm_verify.verification.changes.update_check import Counterexample, Refusal
 
 
 class Interleaved(Exception):

@@ -20,9 +20,9 @@ from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
-from llfsm_verify.program.cone import cone
 from llfsm_verify.program.moves import Move
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.transforms.cone import cone
 from llfsm_verify.verification.verify import verify
 from tests.checking.replaying import Problem, again, lines_of, problems
 from tests.quick import many

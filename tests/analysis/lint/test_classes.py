@@ -19,8 +19,8 @@ from llfsm_verify.arrangement import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.kripke.labels import sizes
 from llfsm_verify.limits import Limits
-from llfsm_verify.semantics.probing import probed
 from llfsm_verify.testing.arrangements import arrangements
+from llfsm_verify.transforms.probing import probed
 from tests.kripke.labels.sensors import sensors
 from tests.quick import FRESH, many
 

@@ -24,8 +24,8 @@ from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.program.program import Choice, Program
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.probes import DEAD, Outcome, Probe
-from llfsm_verify.semantics.probing import Probed, probed
 from llfsm_verify.testing.arrangements import Document, arrangements
+from llfsm_verify.transforms.probing import Probed, probed
 from tests.oracle import evaluation
 from tests.oracle.direct import Direct
 from tests.oracle.evaluation import Locals, World

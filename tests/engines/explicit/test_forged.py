@@ -10,8 +10,8 @@ from random import Random
 import pytest
 
 from benchmarks.ring import ring
+from llfsm_verify.checking.reach import FIRST_LOOK
 from llfsm_verify.engines.explicit.checkpoints import MOST_TARGET
-from llfsm_verify.engines.explicit.search import FIRST_LOOK
 from llfsm_verify.kripke import checkpoint
 from llfsm_verify.kripke.compiled import kernels
 from tests.cli.running import FAULTY, llfsm

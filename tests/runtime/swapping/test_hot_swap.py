@@ -37,10 +37,10 @@ from llfsm_verify.runtime.live.preparing import drawn_choices, starting_values
 from llfsm_verify.runtime.live.slots import STATE, slots_of
 from llfsm_verify.runtime.recording.file import Recorder, Recording, Turn
 from llfsm_verify.runtime.recording.replay import Differs, replay
-from llfsm_verify.runtime.swapping.state_transfer import Untransferable, transferred
 from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.places import socket_path
 from llfsm_verify.testing.arrangements import Document, arrangements
+from llfsm_verify.verification.changes.state_transfer import Untransferable, transferred
 from tests.cli.running import llfsm
 from tests.quick import AtLeast, many, spread
 from tests.runtime.live.runs import code_of, recorded, turns_of

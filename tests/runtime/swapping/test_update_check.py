@@ -6,6 +6,7 @@ import errno
 import os
 import time
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,10 +28,10 @@ from llfsm_verify.runtime.recording.replay import replay
 from llfsm_verify.runtime.swapping.check_process import Check, Finding
 from llfsm_verify.runtime.swapping.counterexample import Interleaved, record_counterexample
 from llfsm_verify.runtime.swapping.hot_swap import _compare
-from llfsm_verify.runtime.swapping.state_transfer import Untransferable, transferred
-from llfsm_verify.runtime.swapping.update_check import Question, Refusal, check_update
-from llfsm_verify.runtime.swapping.update_points import Accepted, update_point
 from llfsm_verify.testing.arrangements import Document, arrangements
+from llfsm_verify.verification.changes.state_transfer import Untransferable, transferred
+from llfsm_verify.verification.changes.update_check import Question, Refusal, check_update
+from llfsm_verify.verification.changes.update_points import Accepted, update_point
 from tests.quick import AtLeast, many, spread
 from tests.runtime.swapping.test_hot_swap import POLICY, changed
 
@@ -151,10 +152,10 @@ COUNTER = {
 }  # fmt: skip
 
 
-def counter(action: str) -> Arrangement:
+def counter(action: str, board: Mapping[str, object] = COUNTER["whiteboard"]) -> Arrangement:
     other = dict(COUNTER["machines"]["count"]["inline"])
     other["states"] = [{"name": "OTHER", "internal": action, "stays": True}]
-    return build_arrangement({**COUNTER, "machines": {"count": {"inline": other}}})
+    return build_arrangement({**COUNTER, "whiteboard": board, "machines": {"count": {"inline": other}}})
 
 
 @pytest.mark.slow
@@ -187,6 +188,21 @@ def test_an_answer_says_why(action, lines, reason, tmp_path):
             move for move in outcome.counterexample.moves if move.process is not None
         ]  # the schedule has one machine
         assert record_counterexample(outcome, following, properties, header, tmp_path / "r") == len(turns)
+
+
+@pytest.mark.slow
+def test_a_violation_by_one_of_many_values_of_an_input_is_performed(tmp_path):
+    """The letter reads the input, in classes that depend on `out`; one value at each `out` is the wrong one."""
+    board = {**COUNTER["whiteboard"], "go": {"type": "0..65535", "role": "input"}}
+    running, following = counter("n = (n + 1) % 9; out = n;", board), counter("n = (n + 1) % 8; out = n;", board)
+    properties = properties_of("a: G !(go == 500 * out + 3 && out > 6)")
+    loop = loop_of(code_of(running, properties), 1)
+    outcome = asked(running, following, "count", properties, loop)
+    assert isinstance(outcome, Refusal)
+    assert outcome.counterexample is not None
+    assert outcome.counterexample.moves[-1].choices == {"go": 3503}
+    header = {"name": "test", "loaded": [["count", "m.yaml", "", False]]}
+    record_counterexample(outcome, following, properties, header, tmp_path / "r")
 
 
 def test_what_would_happen_is_not_recorded_on_a_full_disk(tmp_path, monkeypatch):

@@ -9,6 +9,7 @@ from pathlib import Path
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.claims import claim_of
 from llfsm_verify.checking.goals.kinds import goals_of
+from llfsm_verify.checking.monitors import monitors_of
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Letter
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
@@ -18,7 +19,6 @@ from llfsm_verify.runtime.deciding.logs.codes import NOT_GIVEN, UNKNOWN, UNREADA
 from llfsm_verify.runtime.deciding.logs.formats import LOGS, NoColumn, Row, Unreadable, Wanted
 from llfsm_verify.runtime.deciding.logs.mapping import LogMapping, read_mapping
 from llfsm_verify.runtime.deciding.recordings import Decided, Watch
-from llfsm_verify.runtime.live.monitors import monitors_of
 from llfsm_verify.values import ValueProblem
 
 _KEPT = 1 << 16

@@ -30,6 +30,15 @@ def monitors_of(problem: Problem) -> tuple[dict[str, Monitor], dict[str, str]]:
     return found, reasons
 
 
+def decidable(problem: Problem) -> tuple[dict[str, Monitor], dict[str, str]]:
+    """The monitors of the properties that a finite part of a run can decide, and why others have none."""
+    monitors, reasons = monitors_of(problem)
+    for name in [name for name, monitor in monitors.items() if monitor.hopeless[0]]:
+        del monitors[name]
+        reasons[name] = "no finite part of a run decides it"
+    return monitors, reasons
+
+
 def verdicts_of(monitor: Monitor, table: WalkTable) -> tuple[str, ...]:
     """What each state of the table means, in its own numbers."""
     return tuple(WORDS[monitor.verdicts[state]] for state in table.states)

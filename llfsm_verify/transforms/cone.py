@@ -7,6 +7,10 @@ relevant, and can neither fault nor leave 64 bits. One that stays reads relevant
 it are relevant, so it runs in both programs or in neither. So both steps meet the same fault or overflow, or end in c'
 and in its projection, with the same letter. Which process may step, which slot acts and where outputs are reset is
 relevant as well. The projection is therefore a bisimulation.
+
+Kept: every reachable configuration up to projection, all letters in their order, faults, overflows and fair runs, and
+so all verdicts of properties, of faults and of termination of what is left. Not kept: events, and what only traces
+show. Source: M. Weiser, Program slicing, ICSE 1981.
 """
 
 from __future__ import annotations
@@ -81,9 +85,9 @@ def _projected(v: Var, values: Mapping[str, Value]) -> Value:
 def cone(program: Program, also: Iterable[str] = ()) -> Cone:
     """The cone of influence of a program's letters, fairness, faults, overflows and turns, and of the variables `also`.
 
-    Slicing as by M. Weiser (Program slicing, ICSE 1981), on the dependence graph; exact for reachable configurations
-    and letters, not least. Time and memory are linear in the program's size. A program is left as it is where nothing
-    can be left out, but for events and outputs that only traces show.
+    Slicing on the dependence graph; exact for reachable configurations and letters, not least. Time and memory are
+    linear in the program's size. A program is left as it is where nothing can be left out, but for events and outputs
+    that only traces show.
     """
     kept = relevant(program, also)
     cut = _Cut(kept)

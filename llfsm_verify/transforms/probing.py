@@ -1,4 +1,9 @@
-"""The step program of an arrangement with its probes: faults become outcomes, so that every step has an end."""
+"""The step program of an arrangement with its probes: faults become outcomes, so that every step has an end.
+
+Probes are put where expressions are lowered, so this begins with an arrangement. Kept: every run up to its first fault,
+where it then stays; letters show outcomes in the place of atoms, and nothing is said about fairness. Source: assertion
+checking by instrumentation (the error location of T. Ball and S. K. Rajamani, The SLAM project, POPL 2002).
+"""
 
 from __future__ import annotations
 

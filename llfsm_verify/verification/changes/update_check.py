@@ -22,24 +22,27 @@ from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.checking.goals.goal import bad_prefixes_of
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Problem
+from llfsm_verify.checking.reach import Reachable
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.engines.explicit.product_search import Projection
-from llfsm_verify.engines.explicit.search import FIRST_LOOK, GROWTH, Reading, Search
+from llfsm_verify.engines.explicit.search import Reading, Search
 from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.logic.formula import apply
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.monitoring.lookup import MonitorTooLarge
 from llfsm_verify.monitoring.states import Monitor
 from llfsm_verify.program.moves import Move
-from llfsm_verify.runtime.swapping.monitor_program import TooManyEdges
-from llfsm_verify.runtime.swapping.state_transfer import HasLayout, StateTransfer, Untransferable
-from llfsm_verify.runtime.swapping.update_points import UNKNOWN, Accepted, update_point
-from llfsm_verify.runtime.swapping.version import Version
+from llfsm_verify.transforms.monitors import TooManyEdges
+from llfsm_verify.verification.changes.state_transfer import HasLayout, StateTransfer, Untransferable
+from llfsm_verify.verification.changes.update_points import UNKNOWN, Accepted, update_point
+from llfsm_verify.verification.changes.version import Version
 
 MOST_ATOMS = 12
 """Of a property of which a monitor does not see every violation, with its assumptions."""
-OVERFLOW = "a value of type int left the 64 bits in which the executor holds it"
+
+ALREADY = "it is violated already"
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +103,8 @@ def check_update(question: Question, budget: Budget) -> Accepted | Refusal:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """What speaks against a machine: `broken` as in `Refusal`, the nodes of a walk to it, and the fault it ends in."""
+    """What speaks against a machine: `broken` as in `Refusal`, the nodes of a walk to it, and the fault it ends in, of
+    the program with monitors."""
 
     broken: str | None
     reason: str
@@ -116,7 +120,10 @@ class _UpdateCheck:
         self._budget = budget
         properties = question.properties
         self._before = Version(question.running, properties, budget)
-        self._after = Version(question.following, properties, budget)
+        stands = zip(question.states, self._before.false, strict=False)
+        self._lost = {number for number, (state, false) in enumerate(stands) if state in false}
+        """Monitors that had come to *violated* before."""
+        self._after = Version(question.following, properties, budget, self._lost)
         if self._before.tables != self._after.tables or len(question.states) != len(self._before.tables):
             raise Untransferable("a property that is monitored would need another monitor")
         known = {v.name for v in self._before.plain.vars}
@@ -124,13 +131,8 @@ class _UpdateCheck:
         if unknown:
             raise Untransferable(f"the machine reads `{unknown[0]}`, whose value the run does not keep")
         self._transfer = StateTransfer(self._before, self._after, self._after.layout.first(), question.machine)
-        self._reasons = dict(self._after.reasons)
-        self._lost: set[int] = set()
-        """Monitors that had come to *violated* before."""
-        for number, name in enumerate(self._before.monitors):
-            if question.states[number] in self._before.false[number]:
-                self._lost.add(number)
-                self._reasons[name] = "it is violated already"
+        lost = (name for number, name in enumerate(self._before.monitors) if number in self._lost)
+        self._reasons = {**self._after.reasons, **dict.fromkeys(lost, ALREADY)}
         names = list(self._after.monitors)
         goals = [
             (names.index(goal.line.name), goal) for goal in goals_of(self._after.problem) if goal.line.name in names
@@ -148,9 +150,9 @@ class _UpdateCheck:
         before = self._explored(self._before, starts)
         points: dict[bytes, list[tuple[bytes, int]] | None] = {}
         untransferable = ""
-        for node in range(len(before.graph)):
+        for node in range(len(before)):
             self._budget.tick()
-            key = before.graph.key(node)
+            key = before.key(node)
             if not self._before.is_whole(key) or not self._lost.issuperset(self._before.violated(key)):
                 continue
             if self._before.has_ended(key):
@@ -175,13 +177,14 @@ class _UpdateCheck:
             )
         notes = [f"`{name}` is checked from now on only: {why}" for name, why in self._reasons.items()]
         lasting = bool(self._reasons or self._endless or self._after.problem.assumptions)
-        after = self._after.explorer(roots, with_edges=lasting)
-        found = self._searched(after) or self._never_satisfied(after) or self._from_now(after)
+        space = self._after.reachable(roots, with_edges=lasting)
+        after = space.explorer
+        found = self._searched(space) or self._never_satisfied(after) or self._from_now(after)
         if found is not None:
             if not found.walk:
                 return Refusal(found.reason, tuple(notes), found.broken)
-            path = before.graph.path_to(roots[after.graph.key(found.walk[0])])
-            later = sum(self._before.is_whole(before.graph.key(node)) for node in path) - 1
+            path = before.path_to(roots[after.graph.key(found.walk[0])])
+            later = sum(self._before.is_whole(before.key(node)) for node in path) - 1
             return Refusal(found.reason, tuple(notes), found.broken, self._counterexample(after, found, later))
         allowed = frozenset(place for place, found in points.items() if found is not None)
         notes.append(
@@ -204,9 +207,9 @@ class _UpdateCheck:
             raise Untransferable(
                 f"the model of the surroundings has no {lost}, so nobody knows which of its states fit"
             )
-        explorer = self._explored(version, self._beginnings())
+        graph = self._explored(version, self._beginnings())
         wanted = update_point(question.code, question.record, question.states)
-        keys = (explorer.graph.key(node) for node in range(len(explorer.graph)))
+        keys = map(graph.key, range(len(graph)))
         return [key for key in keys if version.is_whole(key) and self._point(key) == wanted]
 
     def _beginnings(self) -> Iterable[bytes]:
@@ -218,7 +221,7 @@ class _UpdateCheck:
         found: Iterable[bytes] = versions[0].beginnings()
         machines = [machine for _, machine in self._question.earlier]
         for (before, after), machine in zip(pairwise(versions), machines, strict=True):
-            graph = self._explored(before, found).graph
+            graph = self._explored(before, found)
             transfer = StateTransfer(before, after, after.layout.first(), machine)
             carried: dict[bytes, None] = {}
             for key in map(graph.key, range(len(graph))):
@@ -228,12 +231,10 @@ class _UpdateCheck:
             found = carried
         return found
 
-    def _explored(self, version: Version, configurations: Iterable[bytes]) -> Explorer:
-        explorer = version.explorer(configurations)
-        explorer.explore(None)
-        if not explorer.graph.complete:
-            raise LimitReached(explorer.graph.stopped or OVERFLOW)
-        return explorer
+    def _explored(self, version: Version, configurations: Iterable[bytes]) -> Graph:
+        space = version.reachable(configurations)
+        _whole(space.explore())
+        return space.graph
 
     def _point(self, configuration: bytes) -> bytes:
         """Where the run is in a configuration of the arrangement before."""
@@ -247,26 +248,18 @@ class _UpdateCheck:
 
     # ------------------------------------------------------------ after
 
-    def _searched(self, explorer: Explorer) -> _Found | None:
+    def _searched(self, space: Reachable) -> _Found | None:
         """A violation that a monitor sees, or a fault; None: there is none."""
-        graph, seen, target = explorer.graph, 0, FIRST_LOOK
-        while not graph.exhausted and graph.stopped is None:
-            explorer.explore(target)
-            for node in range(seen, len(graph)):
-                self._budget.tick()
-                for number in self._after.violated(graph.key(node)):
-                    if number not in self._lost:
-                        name = list(self._after.monitors)[number]
-                        return _Found(name, f"`{name}` would be violated", graph.path_to(node))
-            faults = {site: node for site, node in graph.faults.items() if site < len(self._after.plain.faults)}
-            if faults:
-                site, node = min(faults.items(), key=lambda pair: pair[1])
-                what = self._after.plain.faults[site].message
-                return _Found(None, f"a run would end in a fault: {what}", graph.path_to(node), site)
-            seen, target = len(graph), max(target, len(graph)) * GROWTH
-        if not graph.complete:
-            raise LimitReached(graph.stopped or OVERFLOW)
-        return None
+        names, sites = list(self._after.monitors), self._after.plain.faults
+        own = range(len(sites))
+        run = space.fault(range(len(sites), len(sites) + len(names)), own)
+        if run is None:
+            _whole(space.graph.unfinished)
+            return None
+        if run.fault in own:
+            return _Found(None, f"a run would end in a fault: {sites[run.fault].message}", run.path, run.fault)
+        name = names[run.fault - len(sites)]
+        return _Found(name, f"`{name}` would be violated", run.path, run.fault)
 
     def _never_satisfied(self, explorer: Explorer) -> _Found | None:
         """An infinite run that violates what is monitored (`F p`) without its monitor seeing it; None: there is none.
@@ -343,10 +336,14 @@ class _UpdateCheck:
         key = explorer.graph.key(found.walk[0])
         values, plain = self._after.layout.decode(key), Layout.of(self._after.plain)
         record = plain.encode_record({**values, **plain.initial_outputs()})
-        moves = [move for pair in pairwise(found.walk) for move in explorer.witness(*pair, None)]
-        if found.fault is not None:
-            moves += explorer.fault_witness(found.walk[-1], found.fault)
-        return Counterexample(record, self._after.states(key), tuple(moves), later, found.endless)
+        moves = tuple(explorer.moves(found.walk, found.fault))
+        return Counterexample(record, self._after.states(key), moves, later, found.endless)
+
+
+def _whole(unfinished: str | None) -> None:
+    """LimitReached: an exploration is unfinished."""
+    if unfinished is not None:
+        raise LimitReached(unfinished)
 
 
 def _next(line: Property) -> Property:

@@ -1,19 +1,24 @@
 """Programs that keep the states of monitors, and where their processes stand in their cycles, in their configurations.
 
-What is reachable is then reachable together with what the monitors have come to.
+Kept: every run, with its letters, faults and overflows: what is added reads the program and writes variables of its
+own. What is reachable is then reachable together with what the monitors have come to. A run in which a `fatal` monitor
+comes to *violated* is kept up to there, and ends in a fault. Source: the product with a
+deterministic safety automaton (O. Kupferman and M. Y. Vardi, Model checking of safety properties, FMSD 2001).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from llfsm_verify.monitoring.lookup import WalkTable
-from llfsm_verify.monitoring.states import Monitor, MonitorEdge
+from llfsm_verify.monitoring.states import Monitor, MonitorEdge, MonitorVerdict
 from llfsm_verify.program.program import (
     BOOL,
     Block,
     Expr,
+    Fault,
+    FaultSite,
     Get,
     If,
     Int,
@@ -24,7 +29,7 @@ from llfsm_verify.program.program import (
     Switch,
     Var,
 )  # fmt: skip
-from llfsm_verify.program.terms import conjunction, const, disjunction, get, op
+from llfsm_verify.program.terms import TRUE, conjunction, const, disjunction, get, op
 
 MONITOR, WITHIN = "$monitor.", "$within."
 MOST_EDGES = 5_000
@@ -45,9 +50,14 @@ def within_names(program: Program) -> list[str]:
     return [f"{WITHIN}{number}" for number in range(len(program.processes))]
 
 
-def with_monitors(program: Program, monitors: Sequence[Monitor], tables: Sequence[WalkTable]) -> Program:
+def with_monitors(
+    program: Program, monitors: Sequence[Monitor], tables: Sequence[WalkTable], fatal: Collection[int] = ()
+) -> Program:
     """The program with these monitors, which step where a letter is. They begin in the states in which they have read
     nothing; whoever begins elsewhere says so in the record. TooManyEdges.
+
+    Where monitor k of those that are `fatal` comes to *violated*, the step ends in the k-th fault after those of the
+    program.
     """
     if any(sum(map(len, monitor.edges)) > MOST_EDGES for monitor in monitors):
         raise TooManyEdges(f"a monitor has more than {MOST_EDGES:,} edges")
@@ -58,7 +68,10 @@ def with_monitors(program: Program, monitors: Sequence[Monitor], tables: Sequenc
         for k, (m, t) in enumerate(pairs)
     ]
     variables += [Var(name, BOOL, 0, Origin("control")) for name in within_names(program)]
-    steps: Block = tuple(_step(k, *pair, outputs) for k, pair in enumerate(pairs))
+    first = len(program.faults)
+    steps: Block = tuple(
+        _step(monitor_name(k), *pair, outputs, first + k if k in fatal else None) for k, pair in enumerate(pairs)
+    )
     cycle = get(program.cycle, BOOL)
     shown: Block = steps if program.observe == "ringlet" or not steps else (If(cycle, steps),)
     processes = tuple(
@@ -69,13 +82,13 @@ def with_monitors(program: Program, monitors: Sequence[Monitor], tables: Sequenc
         program,
         vars=(*program.vars, *variables),
         processes=processes,
+        faults=(*program.faults, *(FaultSite("monitor", "", None) for _ in monitors)),
         letter=(*program.letter, *shown),
         letter_stutter=(*program.letter_stutter, *steps),
     )
 
 
-def _step(number: int, monitor: Monitor, table: WalkTable, outputs: Mapping[str, str]) -> Stmt:
-    name = monitor_name(number)
+def _step(name: str, monitor: Monitor, table: WalkTable, outputs: Mapping[str, str], fault: int | None) -> Stmt:
     atoms = [get(outputs[atom], BOOL) for atom in monitor.atoms]
     cases = []
     for state, row in enumerate(monitor.edges):
@@ -85,6 +98,8 @@ def _step(number: int, monitor: Monitor, table: WalkTable, outputs: Mapping[str,
         block: Block = ()
         for at, (target, edges) in enumerate(by_target.items()):  # for each letter one of the targets is allowed
             move: Block = (Set(name, None, const(table.numbers[target])),) if target != state else ()
+            if move and fault is not None and monitor.verdicts[target] is MonitorVerdict.FALSE:
+                move = (Fault(fault, TRUE),)
             block = move if not at else (If(_allowed(edges, atoms), move, block),)
         if block:
             cases.append((table.numbers[state], block))

@@ -19,7 +19,6 @@ from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import Interpreter, Outcome, evaluate
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.language.atoms import PropertyScope, check_atom
-from llfsm_verify.program.cone import Cone, Value, cone
 from llfsm_verify.program.program import (
     BOOL,
     UNBOUNDED,
@@ -47,6 +46,7 @@ from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.testing.programs import programs
 from llfsm_verify.testing.properties import atoms
+from llfsm_verify.transforms.cone import Cone, Value, cone
 from tests.backends.tiny import constant, tiny, variable
 from tests.quick import FRESH, AtLeast, examples, many, spread
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from struct import pack
 
-from llfsm_verify.runtime.swapping.state_transfer import HasLayout
+from llfsm_verify.verification.changes.state_transfer import HasLayout
 
 UNKNOWN = "it is unknown whether it may be loaded"
 

@@ -3,6 +3,10 @@ with the same samples.
 
 Where a machine of both has its turn, it has it in both. The product ends, in faults of its own, where the alarm is set
 at the end of a cycle, and where the two differ there.
+
+Kept: the runs of the guarded arrangement up to the first of these ends, and beside each of them the one run of the
+original with the same samples. Source: the self-composition of programs (G. Barthe, P. R. D'Argenio and T. Rezk, Secure
+information flow by self-composition, CSFW 2004), here of two programs.
 """
 
 from __future__ import annotations

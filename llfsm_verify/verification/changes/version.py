@@ -2,36 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.layout import Layout
+from llfsm_verify.checking.monitors import decidable
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.kripke.explore import MAX_ROOTS, Explorer
+from llfsm_verify.checking.reach import Reachable
+from llfsm_verify.kripke.explore import MAX_ROOTS
+from llfsm_verify.kripke.labels.labels import Labels
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.kripke.observing import initial_atoms
 from llfsm_verify.limits import Budget
 from llfsm_verify.logic.properties import PropertySet
-from llfsm_verify.monitoring.lookup import walk_table
+from llfsm_verify.monitoring.lookup import first_states, walk_table
 from llfsm_verify.monitoring.states import MonitorVerdict
-from llfsm_verify.runtime.live.plan import decidable
-from llfsm_verify.runtime.stepping.monitored import first_states
-from llfsm_verify.runtime.swapping.monitor_program import monitor_name, with_monitors, within_names
+from llfsm_verify.transforms.monitors import monitor_name, with_monitors, within_names
 from llfsm_verify.values import Value
 
 
 class Version:
     """The arrangement before or after: its program with the monitors in it."""
 
-    def __init__(self, arrangement: Arrangement, properties: PropertySet, budget: Budget) -> None:
+    def __init__(
+        self, arrangement: Arrangement, properties: PropertySet, budget: Budget, lost: Collection[int] | None = None
+    ) -> None:
+        """`lost` None: runs go on where a monitor has come to *violated*; else they end there in a fault, but for these
+        monitors, which had come to it before."""
         self._budget = budget
         self.problem = bind(arrangement, properties)
         self.plain = self.problem.program(keep_all_bits=True)
         self.monitors, self.reasons = decidable(self.problem)
         self.tables = [walk_table(monitor) for monitor in self.monitors.values()]
-        self.program = with_monitors(self.plain, list(self.monitors.values()), self.tables)
+        fatal = () if lost is None else set(range(len(self.tables))) - set(lost)
+        self.program = with_monitors(self.plain, list(self.monitors.values()), self.tables, fatal)
         self.layout = Layout.of(self.program)
-        self._labels = labels_of(self.program, budget)
         self.false = [
             frozenset(t.numbers[q] for q, verdict in enumerate(m.verdicts) if verdict is MonitorVerdict.FALSE)
             for m, t in zip(self.monitors.values(), self.tables, strict=True)
@@ -40,16 +46,13 @@ class Version:
         self._within = [self.layout.reader(name) for name in within_names(self.plain)]
         self._ended = [None if p.ended is None else self.layout.reader(p.ended) for p in self.plain.processes]
 
-    def explorer(self, configurations: Iterable[bytes], *, with_edges: bool = False) -> Explorer:
-        """An exploration from these, which have room for nothing else."""
+    @cached_property
+    def _labels(self) -> Labels | None:
+        return labels_of(self.program, self._budget)
 
-        def roots(layout: Layout) -> Iterator[bytes]:
-            own = {name: field for name, field in layout.fields.items() if not field.output}
-            assert own == {name: field for name, field in self.layout.fields.items() if not field.output}
-            outputs = layout.encode_outputs(layout.initial_outputs())
-            return (configuration + outputs for configuration in configurations)
-
-        return Explorer(self.program, self._budget, with_edges=with_edges, labels=self._labels, roots=roots)
+    def reachable(self, configurations: Iterable[bytes], *, with_edges: bool = False) -> Reachable:
+        """What can be reached from these, which have room for nothing else."""
+        return Reachable(self.program, self._budget, roots=configurations, labels=self._labels, with_edges=with_edges)
 
     def record(self, configuration: bytes) -> bytes:
         """With outputs as they are at first."""

@@ -1,0 +1,1 @@
+"""Changes of an arrangement that runs: whether one may be made where the run stands."""
