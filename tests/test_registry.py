@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from llfsm_verify.arrangement.formats import ARRANGEMENTS, MACHINES
+from llfsm_verify.arrangement.formats import ARRANGEMENTS, MACHINES, POLICIES, WRITERS
 from llfsm_verify.engines.bounded.engine import BoundedSession
 from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES
@@ -23,7 +23,7 @@ from tests.cli.running import LIGHTS, llfsm
 ALL: dict[str, Registry[object]] = {
     "arrangements": ARRANGEMENTS, "drawings": DRAWINGS, "engines": ENGINES, "lint": LINT, "machines": MACHINES,
     "models": MODELS, "ports": PORTS, "queries": QUERIES, "results": RESULTS, "schemas": SCHEMAS,
-    "structures": STRUCTURES, "pictures": PICTURES, "syntaxes": TABLES,
+    "structures": STRUCTURES, "pictures": PICTURES, "syntaxes": TABLES, "policies": POLICIES, "writers": WRITERS,
 }  # fmt: skip
 
 

@@ -113,18 +113,21 @@ class Model:
     """What `build` made it of, with absolute paths."""
 
     def write(self, path: str | Path) -> None:
-        """Write an arrangement of `build` as a YAML file. Machine files are named from where it lies.
+        """Write an arrangement of `build` as a file in the format that its ending stands for, or else YAML.
 
-        ValueError: it comes from a file already. OSError: the file cannot be written.
+        Machine files are named from where it lies.
+
+        ValueError: it comes from a file already, or the format can only be read. OSError: the file cannot be written.
         """
         if self._document is None:
             raise ValueError(f"`{self.name}` comes from {self.path} already")
-        from llfsm_verify.yaml.writing import to_yaml
+        from llfsm_verify.arrangement.formats import written_arrangement
 
         folder = Path(path).resolve().parent
         document = with_files(self._document, lambda file: os.path.relpath(file, folder))
+        text = written_arrangement(document, str(path))
         with replacing(Path(path)) as file:
-            file.write(to_yaml(document).encode())
+            file.write(text.encode())
 
     def __repr__(self) -> str:
         return f"<Model {self.name}: {', '.join(self.machines)}>"

@@ -8,21 +8,17 @@ from pathlib import Path
 from typing import NamedTuple
 
 from llfsm_verify.arrangement.draft import UNREADABLE, ArrangementDraft, Draft, Unreadable
-from llfsm_verify.arrangement.formats import read_policy
 from llfsm_verify.arrangement.formats.reading import Reading
-from llfsm_verify.arrangement.formats.yaml import read_machine_text
 from llfsm_verify.arrangement.granting import other_levels
-from llfsm_verify.diagnostics import Source
-from llfsm_verify.yaml.nodes import written
 
 
 class Replacement(NamedTuple):
-    """Another machine for an instance, as a text in YAML."""
+    """Another machine for an instance, as a text in a format of machines."""
 
     machine: str
     """The instance."""
     name: str
-    """What diagnostics call the text: the name of its file."""
+    """What diagnostics call the text: the name of its file, whose ending tells the format."""
     text: str
 
 
@@ -46,9 +42,8 @@ def with_policy(draft: Draft, policy: NewPolicy) -> Draft:
     """The draft with another policy. Its digest is of the old one and of the text."""
     arrangement = draft.arrangement
     assert not isinstance(arrangement, Unreadable)
-    path = Path(policy.name)
-    reading = Reading(Path(), {str(path): policy.text})
-    access = read_policy(reading, path, written(Source(policy.name, policy.name), 0, len(policy.name)))
+    reading = Reading(Path())
+    access = reading.policy_text(policy.name, policy.text)
     reading.diagnostics += other_levels(arrangement.access, access)
     found = UNREADABLE if access is None else access
     return _changed(draft, replace(arrangement, access=found), reading, "access:", policy.text)
@@ -66,8 +61,7 @@ def with_replacement(draft: Draft, replacement: Replacement) -> Draft:
     if replacement.machine not in names:
         raise KeyError(replacement.machine)
     reading = Reading(Path())
-    data = replacement.text.encode("utf-8", "surrogatepass")
-    machine = read_machine_text(reading, replacement.name, data)
+    machine = reading.machine_text(replacement.name, replacement.text)
     instances = tuple(
         replace(instance, machine=machine) if instance.name.text == replacement.machine else instance
         for instance in arrangement.machines

@@ -14,7 +14,6 @@ from pathlib import Path
 
 from llfsm_verify.arrangement.draft import Draft, InstanceDraft, Unreadable
 from llfsm_verify.arrangement.formats.reading import Reading
-from llfsm_verify.arrangement.formats.yaml import read_machine_text
 from llfsm_verify.arrangement.model import Arrangement, Machine
 from llfsm_verify.guarding.rewiring import instances
 from llfsm_verify.language.trees import nodes, of_kind
@@ -63,7 +62,7 @@ def with_model(draft: Draft, name: str, text: str) -> Draft:
 
 
 def _model(reading: Reading, instance: InstanceDraft, text: str) -> InstanceDraft:
-    machine = read_machine_text(reading, f"<any {instance.name.text}>", text.encode())
+    machine = reading.machine_text(f"<any {instance.name.text}>", text)
     model = implied("true", instance.name.span)
     return InstanceDraft(instance.name, machine, (), instance.suspended, model, instance.on_fault)
 

@@ -10,7 +10,6 @@ from pathlib import Path
 from llfsm_verify.arrangement.draft import Draft, InstanceDraft, MachineDraft, Unreadable, WhiteboardDraft
 from llfsm_verify.arrangement.formats import Given, read_arrangement
 from llfsm_verify.arrangement.formats.reading import Reading
-from llfsm_verify.arrangement.formats.yaml import read_machine_text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
@@ -130,7 +129,7 @@ def _with_machine(draft: Draft, found: Names, own: tuple[str, str]) -> Draft:
     assert not isinstance(arrangement, Unreadable)
     assert not isinstance(arrangement.processes, Unreadable)
     reading = Reading(Path())
-    machine = read_machine_text(reading, own[0], own[1].encode("utf-8", "surrogatepass"))
+    machine = reading.machine_text(*own)
     span = arrangement.span if not reading.sources else Span(reading.sources[0], 0, 1)
     parameters = machine.parameters if isinstance(machine, MachineDraft) else ()
     variables = {entry.name.text for entry in arrangement.whiteboard}

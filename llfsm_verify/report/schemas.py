@@ -13,9 +13,11 @@ SCHEMAS: Registry[Callable[[str], dict[str, object]]] = Registry(
         Entry("arrangement", _WRITTEN_BY_PEOPLE, "arrangement files"),
         Entry("machine", _WRITTEN_BY_PEOPLE, "machine files"),
         Entry("policy", _WRITTEN_BY_PEOPLE, "policy files, `access: {file: …}`"),
-        Entry("ports", "llfsm_verify.runtime.ports.schema:load", "files of ports, `llfsm run --ports`"),
+        Entry("ports", "llfsm_verify.runtime.ports.file:schema", "files of ports, `llfsm run --ports`"),
         Entry(
-            "mapping", "llfsm_verify.runtime.deciding.logs.schema:load", "mappings of logs, `check-recording --mapping`"
+            "mapping",
+            "llfsm_verify.runtime.deciding.logs.mapping:schema",
+            "mappings of logs, `check-recording --mapping`",
         ),
         Entry("trace", _WRITTEN_BY_US, "trace files"),
         Entry("result", _WRITTEN_BY_US, "`llfsm verify --format json`"),

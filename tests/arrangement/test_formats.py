@@ -27,6 +27,7 @@ from llfsm_verify.arrangement.draft import (
 from llfsm_verify.arrangement.files import read_named, read_source
 from llfsm_verify.arrangement.formats import Given
 from llfsm_verify.arrangement.formats.reading import Reading
+from llfsm_verify.arrangement.replacing import Replacement, with_replacement
 from llfsm_verify.arrangement.resolve.arrangement import _ordered, resolve
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
 from llfsm_verify.registry import Entry, Registry, Unregistered
@@ -50,7 +51,8 @@ def draft_lines(source: Source) -> MachineDraft:
 
 
 def read_machine(reading: Reading, path: Path, at: Scalar) -> MachineDraft:
-    source, data = read_named(path, mark(at), "machine")
+    text = reading.files.get(str(path))
+    source, data = read_named(path, mark(at), "machine") if text is None else (Source(str(path), text), text.encode())
     reading.add_source(source, data)
     return draft_lines(source)
 
@@ -114,6 +116,19 @@ def test_a_mistake_in_it_is_shown_where_it_stands(tmp_path: Path) -> None:
         "    1 | Lamp: OFF -> ON when not knob",
         "      |                          ^^^^",
     ]
+
+
+@pytest.mark.usefixtures("lines")
+def test_a_machine_in_it_takes_the_place_of_another_and_what_has_no_writer_is_not_written(tmp_path: Path) -> None:
+    path = tmp_path / "a.lines"
+    path.write_text(LAMP)
+    draft = formats.read_arrangement(Given(path))
+    changed = resolve(with_replacement(draft, Replacement("m", "new.lines", LAMP.replace("when true", "when button"))))
+    assert [t.text for s in changed.machines[0].states for t in s.transitions] == ["button", "button"]
+    document = {"machines": {"m": {"file": "a.lines"}}, "schedule": ["m"]}
+    with pytest.raises(Unregistered, match="writer of arrangements `lines`"):
+        formats.written_arrangement(document, "b.lines")
+    assert formats.written_arrangement(document, "b") == formats.written_arrangement(document, "b.yml")
 
 
 @pytest.mark.usefixtures("lines")

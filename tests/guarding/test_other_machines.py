@@ -12,7 +12,6 @@ from hypothesis import reject, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.formats.reading import Reading
-from llfsm_verify.arrangement.formats.yaml import read_machine_text
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.verdict import Options, Verdict
 from llfsm_verify.diagnostics import DiagnosticError
@@ -104,7 +103,7 @@ def with_others(made, names, random):
     for instance in made.draft.arrangement.machines:
         if instance.name.text in names:
             text = Writer(made.arrangement, made.arrangement.machine(instance.name.text), random).text()
-            machine = read_machine_text(reading, f"other {instance.name.text}", text.encode())
+            machine = reading.machine_text(f"other {instance.name.text}", text)
             instance = replace(instance, machine=machine, arguments=())
         machines.append(instance)
     arrangement = replace(made.draft.arrangement, machines=tuple(machines))

@@ -1,4 +1,4 @@
-"""The formats of arrangements and machines, by name: for each a reader, which makes a draft of what it reads.
+"""The formats of arrangements and machines, by name: for each a reader, which makes a draft, and for some a writer.
 
 A reader says what is wrong with a file as far as it cannot read it; everything else is for `resolve`.
 """
@@ -55,6 +55,11 @@ POLICIES: Registry[Callable[[Reading, Path, Scalar], Node | None]] = Registry(
 )
 """Of what `access` may say in a file of its own; otherwise as for machines."""
 
+WRITERS: Registry[Callable[[Mapping[str, object]], str]] = Registry(
+    "writer of arrangements", [Entry("yaml", "llfsm_verify.yaml.writing:to_yaml", "YAML")]
+)
+"""Beside `ARRANGEMENTS`, by the same names: texts of documents in the shape of a file."""
+
 USUAL = "yaml"
 """The format of a file whose name has no ending that stands for one."""
 
@@ -65,6 +70,14 @@ def read_arrangement(given: Given, format_name: str | None = None) -> Draft:
     Unregistered: there is no such format. DiagnosticError: there is no such file, or it cannot be read.
     """
     return ARRANGEMENTS.load(format_name or ARRANGEMENTS.named_by(str(given.path)) or USUAL)(given)
+
+
+def written_arrangement(document: Mapping[str, object], path: str) -> str:
+    """A document of Python values, as `build_arrangement` takes it, as the text of a file at `path`.
+
+    Unregistered: the format that the path's ending stands for can only be read.
+    """
+    return WRITERS.load(ARRANGEMENTS.named_by(path) or USUAL)(document)
 
 
 def read_machine(reading: Reading, path: Path, at: Scalar) -> MachineDraft | Unreadable:

@@ -11,7 +11,7 @@ from llfsm_verify.arrangement.formats import read_machine, read_policy
 from llfsm_verify.arrangement.keys import VOCABULARY
 from llfsm_verify.diagnostics import Diagnostic, Source
 from llfsm_verify.yaml.fields import Report
-from llfsm_verify.yaml.nodes import Node, Scalar
+from llfsm_verify.yaml.nodes import Node, Scalar, written
 
 
 class Reading(Report):
@@ -21,7 +21,7 @@ class Reading(Report):
         """`folder`: where machine files are looked up. `files`: texts of some by their paths, read instead."""
         super().__init__(VOCABULARY)
         self.folder = folder
-        self.files = files or {}
+        self.files = dict(files or {})
         self.sources: list[Source] = []
         self._digest = hashlib.sha256()
         self._machines: dict[str, MachineDraft | Unreadable] = {}
@@ -39,6 +39,18 @@ class Reading(Report):
             self._machines[str(path)] = read_machine(self, path, at)
         return self._machines[str(path)]
 
+    def machine_text(self, name: str, text: str) -> MachineDraft | Unreadable:
+        """The machine in a text that came from elsewhere, where it has this name, whose ending tells its format."""
+        path = Path(name)
+        self.files[str(path)] = text
+        return read_machine(self, path, _named(name))
+
+    def policy_text(self, name: str, text: str) -> Node | None:
+        """The same for a policy; None: it cannot be read."""
+        path = Path(name)
+        self.files[str(path)] = text
+        return read_policy(self, path, _named(name))
+
     def policy(self, at: Scalar) -> Node | None:
         """What the policy file that `at` names says; None: it cannot be read."""
         self._policies.append(self.folder / at.text)
@@ -55,3 +67,8 @@ class Reading(Report):
             tuple(self.diagnostics),
             instead,
         )
+
+
+def _named(name: str) -> Scalar:
+    """A name that stands in no file."""
+    return written(Source(name, name), 0, len(name))

@@ -38,7 +38,7 @@ def read_arrangement(given: Given) -> Draft:
 def read_machine(reading: Reading, path: Path, at: Scalar) -> MachineDraft | Unreadable:
     """The draft of the machine in the file at `path`, which is named `at` a place."""
     if str(path) in reading.files:
-        return read_machine_text(reading, str(path), reading.files[str(path)].encode("utf-8", "surrogatepass"))
+        return _machine_text(reading, str(path), reading.files[str(path)].encode("utf-8", "surrogatepass"))
     try:
         source, data = read_named(path, mark(at), f"machine file `{at.text[:200]}`")
     except DiagnosticError as e:
@@ -49,7 +49,7 @@ def read_machine(reading: Reading, path: Path, at: Scalar) -> MachineDraft | Unr
     return _machine_in(reading, source, other, other if may_be_shown(source) else unlike("machine", at.text, mark(at)))
 
 
-def read_machine_text(reading: Reading, name: str, data: bytes) -> MachineDraft | Unreadable:
+def _machine_text(reading: Reading, name: str, data: bytes) -> MachineDraft | Unreadable:
     """The draft of the machine in a text that came from elsewhere, where it has this name."""
     try:
         source = source_of(data, name)

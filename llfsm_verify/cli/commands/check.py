@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from llfsm_verify.arrangement.files import MAX_FILE_BYTES, read_source
+from llfsm_verify.arrangement.formats import ARRANGEMENTS
 from llfsm_verify.arrangement.kinds import kind_of
 from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.cli import report_failure
@@ -25,7 +26,6 @@ from llfsm_verify.logic.reading import names_file
 from llfsm_verify.logic.reading import read_source as read_property_source
 from llfsm_verify.verification.verify import verify
 
-ARRANGEMENTS = (".yaml", ".yml")
 ORDER = (70, 130, 5, 3, 1, 4, 0)
 """Exit codes, the most important one first."""
 _MACHINES = re.compile(r"^machines[ \t]*:", re.MULTILINE)
@@ -135,7 +135,7 @@ def _belongs_to(path: Path) -> Iterator[Path]:
 
 def _is_arrangement(path: Path) -> bool:
     """Whether the file looks like an arrangement: the YAML of other tools is none of our business."""
-    if path.suffix not in ARRANGEMENTS or not path.is_file():
+    if path.suffix not in ARRANGEMENTS.suffixes or not path.is_file():
         return False
     try:
         source, _ = read_source(path)

@@ -13,6 +13,7 @@ from llfsm_verify.runtime.ports.port import Link, Port, Start, Started, Unopened
 from llfsm_verify.values import Shown
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, mark
+from llfsm_verify.yaml.tables import Field, Single, Table
 
 Function = Callable[[Mapping[str, Shown]], Mapping[str, Json | Decimal] | None]
 """Gets the outputs by field, and returns values of some of its inputs by field, or None."""
@@ -67,8 +68,11 @@ def callback(function: Function) -> Start:
 class Callback:
     """`call: module:function`; the module may stand beside the file of ports."""
 
-    keys = ("call",)
-    required = ("call",)
+    table = Table(
+        "a function in Python",
+        (Field("call", "the function, as `module:function`", Single(("string",), "^[^:]+:[^:]+$"), required=True),),
+    )
+    keys, required = table.keys, table.required
 
     def settings(self, report: Report, found: Mapping[str, Node], what: str, folder: str) -> Started | None:
         """See `Kind`."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
@@ -17,14 +18,61 @@ from llfsm_verify.runtime.ports.port import ON_FAILURE, Kind, OnFailure, PortSpe
 from llfsm_verify.runtime.stepping.duration import duration_ms
 from llfsm_verify.values import ValueProblem, choice_value
 from llfsm_verify.yaml.compose import compose
-from llfsm_verify.yaml.fields import VERSION, Report
+from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Mapping as MappingNode
 from llfsm_verify.yaml.nodes import Node, Scalar, mark
 from llfsm_verify.yaml.nodes import Sequence as SequenceNode
+from llfsm_verify.yaml.tables import (
+    FORMAT,
+    NAME,
+    ByName,
+    Either,
+    Field,
+    Schema,
+    Several,
+    Single,
+    Table,
+    Words,
+    schema_of,
+)
 
-FILE_KEYS = (VERSION, "ports")
-PORT_KEYS = ("kind", "inputs", "outputs", "on_failure", "timeout", "safe")
+_FIELDS = Either((ByName(Single()), Several(Single(("string",)))))
+PORT = Table(
+    "one port. Its kind says which other keys it has; packages may bring kinds of their own",
+    (
+        Field(
+            "kind",
+            f"{', '.join(f'`{kind}`' for kind in PORTS)}, or a kind of another package",
+            Single(("string",)),
+            required=True,
+        ),
+        Field(
+            "inputs",
+            "the field of a message that feeds each input: `{car: sensor}`, or `[car]` where both names are the same",
+            _FIELDS,
+        ),
+        Field(
+            "outputs",
+            "the field that shows each slot: a variable of the whiteboard or of a machine, an input, or the state of a "
+            "machine",
+            _FIELDS,
+        ),
+        Field(
+            "on_failure",
+            "what happens when an input has failed: `stale`, `safe` or `stop`. It is required for a port with inputs",
+            Words(ON_FAILURE),
+        ),
+        Field("timeout", "how long an input may be without a message before it has failed: `500ms`, `5s`, `1min`"),
+        Field("safe", "safe values of inputs and of outputs", ByName(Single(), least=0)),
+    ),
+    some=("inputs", "outputs"),
+    needs={"inputs": ("on_failure",), "on_failure": ("inputs",), "timeout": ("inputs",)},
+)
 """What every port may have; its kind has more."""
+FILE = Table(
+    "how the inputs of a run come from the world, and its outputs go there: `llfsm run --ports FILE`",
+    (FORMAT, Field("ports", "the ports by name", ByName(PORT, NAME), required=True)),
+)
 
 
 def read_ports(path: str, inputs: Mapping[str, Choice], slots: Sequence[Slot]) -> tuple[PortSpec, ...]:
@@ -42,6 +90,14 @@ def read_ports(path: str, inputs: Mapping[str, Choice], slots: Sequence[Slot]) -
     return found
 
 
+def schema(name: str) -> Schema:
+    """The JSON Schema of a file of ports, with all kinds that are known by a table."""
+    tables = {word: getattr(PORTS.load(word), "table", None) for word in PORTS}
+    port = replace(PORT, variants={word: table for word, table in tables.items() if isinstance(table, Table)})
+    ports = replace(FILE.fields[1], value=ByName(port, NAME))
+    return schema_of(name, "Ports of a running arrangement", replace(FILE, fields=(FORMAT, ports)))
+
+
 class _Reader:
     def __init__(self, path: str, inputs: Mapping[str, Choice], slots: Sequence[Slot]) -> None:
         self.report = Report()
@@ -54,7 +110,7 @@ class _Reader:
     def file(self, root: Node) -> tuple[PortSpec, ...]:
         if not self.report.can_read(root, "the file of ports"):
             return ()
-        fields = self.report.fields(root, "a file of ports", FILE_KEYS, ("ports",))
+        fields = self.report.fields(root, "a file of ports", FILE.keys, FILE.required)
         mapping = None if fields is None else self.report.mapping(fields["ports"], "`ports`")
         if mapping is None:
             return ()
@@ -71,7 +127,7 @@ class _Reader:
         kind = self._kind(mapping, what)
         if kind is None:
             return None
-        found = report.fields(node, what, (*PORT_KEYS, *kind.keys), ("kind", *kind.required))
+        found = report.fields(node, what, (*PORT.keys, *kind.keys), (*PORT.required, *kind.required))
         if found is None:
             return None
         inputs = self._entries(found.get("inputs"), "inputs", kind, what)

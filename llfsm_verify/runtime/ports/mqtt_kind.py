@@ -10,6 +10,7 @@ from llfsm_verify.runtime.ports.numbers import whole_number
 from llfsm_verify.runtime.ports.port import Link, Started
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, mark
+from llfsm_verify.yaml.tables import NUMBER, TRUTHS, Field, Single, Table, Words
 
 MOST_TOPIC = 65_535
 
@@ -17,8 +18,29 @@ MOST_TOPIC = 65_535
 class Mqtt:
     """The settings of `MqttSettings`, by their names."""
 
-    keys = ("host", "port", "client_id", "username", "password_env", "qos", "retain", "keepalive")
-    required = ("host",)
+    table = Table(
+        "topics of a broker; a message is the text of a value",
+        (
+            Field("host", "where the broker is", Single(("string",)), required=True),
+            Field("port", "its port; the default is 1883", NUMBER),
+            Field("client_id", "the name of the client; by default the broker chooses one"),
+            Field("username", "the user"),
+            Field("password_env", "the environment variable that has the password", Single(("string",))),
+            Field("qos", "the quality of service, 0, 1 or 2; the default is 1", Words(("0", "1", "2"))),
+            Field(
+                "retain",
+                "whether the broker keeps the last values for later subscribers; the default is `false`",
+                Words(TRUTHS),
+            ),
+            Field(
+                "keepalive",
+                "seconds between two pings, 15 by default; a broker that does not answer is lost",
+                NUMBER,
+            ),
+        ),
+        needs={"password_env": ("username",)},
+    )
+    keys, required = table.keys, table.required
 
     def settings(self, report: Report, found: Mapping[str, Node], what: str, folder: str) -> Started | None:  # noqa: ARG002 - no path here
         """See `Kind`."""
@@ -34,7 +56,7 @@ class Mqtt:
         port = whole_number(report, found, "port", 1, 65_535, 1883)
         qos = whole_number(report, found, "qos", 0, 2, 1)
         keepalive = whole_number(report, found, "keepalive", 1, 3600, 15)
-        retain = report.choice(found.get("retain"), f"`retain` of {what}", ("true", "false"), "false") == "true"
+        retain = report.choice(found.get("retain"), f"`retain` of {what}", TRUTHS, "false") == "true"
         if len(report.diagnostics) > before or port is None or qos is None or keepalive is None:
             return None
         of = MqttSettings(

@@ -112,7 +112,9 @@ class Started:
 
 
 class Kind(Protocol):
-    """A kind of port, as the registry has it."""
+    """A kind of port, as the registry has it. One that has its settings in a `table` is in `llfsm schema ports` as
+    well (`yaml/tables.py`).
+    """
 
     keys: tuple[str, ...]
     """Of its settings, beside those that every port has."""

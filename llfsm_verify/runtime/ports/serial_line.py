@@ -12,6 +12,7 @@ from llfsm_verify.runtime.ports.numbers import whole_number
 from llfsm_verify.runtime.ports.port import Link, Started, Unopened
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node
+from llfsm_verify.yaml.tables import NUMBER, Field, Single, Table, Words
 
 if TYPE_CHECKING:
     from serial import Serial
@@ -68,8 +69,15 @@ def _reason(error: Exception) -> str:
 class SerialLine:
     """`device:`, `baud:` and `format:`."""
 
-    keys = ("device", "baud", "format")
-    required = ("device",)
+    table = Table(
+        "lines over a serial line",
+        (
+            Field("device", "its path", Single(("string",)), required=True),
+            Field("baud", f"bits a second; {BAUD} when nothing is said", NUMBER),
+            Field("format", "how messages are written", Words(FORMATS)),
+        ),
+    )
+    keys, required = table.keys, table.required
 
     def settings(self, report: Report, found: Mapping[str, Node], what: str, folder: str) -> Started | None:
         """See `Kind`."""

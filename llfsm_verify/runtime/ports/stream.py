@@ -12,13 +12,21 @@ from llfsm_verify.runtime.ports.line_port import LinePort
 from llfsm_verify.runtime.ports.port import Link, Started
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, mark
+from llfsm_verify.yaml.tables import NUMBER, Field, Table
 
 
 class Stream:
     """`read:` and `write:`, each a path, a number of a descriptor, or a word of `STANDARD`."""
 
-    keys = ("read", "write")
-    required = ()
+    table = Table(
+        "lines of JSON, an object each, through pipes and descriptors",
+        (
+            Field("read", "the path of a named pipe, a number of a descriptor, or `stdin`", NUMBER),
+            Field("write", "the path of a named pipe, a number of a descriptor, `stdout` or `stderr`", NUMBER),
+        ),
+        needs={"inputs": ("read",), "read": ("inputs",), "outputs": ("write",), "write": ("outputs",)},
+    )
+    keys, required = table.keys, table.required
 
     def settings(self, report: Report, found: Mapping[str, Node], what: str, folder: str) -> Started | None:
         """See `Kind`."""

@@ -17,6 +17,7 @@ from llfsm_verify.runtime.whiteboard.places import NoPlace, socket_path
 from llfsm_verify.values import Shown
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, mark
+from llfsm_verify.yaml.tables import Field, Single, Table
 
 RETRY = 1.0
 """Seconds between two calls of a server who is not there."""
@@ -95,8 +96,19 @@ def _told(value: Shown) -> bool | int | str:
 class Board:
     """`whiteboard:`, the name that the other run is given by ``--whiteboard``."""
 
-    keys = ("whiteboard",)
-    required = ("whiteboard", "inputs")
+    table = Table(
+        "slots of another run",
+        (
+            Field(
+                "whiteboard",
+                "the name that the other run has by `--whiteboard`",
+                Single(("string",), "^[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}$"),
+                required=True,
+            ),
+        ),
+        needs={"whiteboard": ("inputs",)},
+    )
+    keys, required = table.keys, (*table.required, "inputs")
 
     def settings(self, report: Report, found: Mapping[str, Node], what: str, folder: str) -> Started | None:  # noqa: ARG002 - no path here
         """See `Kind`."""

@@ -13,9 +13,10 @@ from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.registry import Entry
 from llfsm_verify.runtime.ports import kinds
 from llfsm_verify.runtime.ports.callback import CallbackPort
-from llfsm_verify.runtime.ports.file import FILE_KEYS, PORT_KEYS
-from llfsm_verify.runtime.ports.port import ON_FAILURE, Link, Started
-from llfsm_verify.runtime.ports.schema import load
+from llfsm_verify.runtime.ports.file import PORT, schema
+from llfsm_verify.runtime.ports.mqtt_kind import Mqtt
+from llfsm_verify.runtime.ports.port import Link, Started
+from llfsm_verify.yaml.tables import rows
 from tests.runtime.ports.bench import bench, declared
 
 GOOD = [
@@ -79,7 +80,7 @@ def test_what_is_wrong_is_said_at_its_place(text: str, code: str, hint: str, tmp
 
 @pytest.mark.parametrize("reader", [yaml.SafeLoader, yaml.BaseLoader], ids=["typed", "texts"])
 def test_the_schema_takes_what_the_reader_takes(reader: Any, tmp_path: Path) -> None:
-    validator = jsonschema.Draft202012Validator(load("ports"))
+    validator = jsonschema.Draft202012Validator(schema("ports"))
     for port in GOOD:
         text = f"format: 1\nports: {{a: {port}}}\n"
         (spec,) = declared(text, tmp_path)
@@ -88,7 +89,7 @@ def test_the_schema_takes_what_the_reader_takes(reader: Any, tmp_path: Path) -> 
 
 
 def test_the_schema_refuses_what_it_can() -> None:
-    validator = jsonschema.Draft202012Validator(load("ports"))
+    validator = jsonschema.Draft202012Validator(schema("ports"))
     structural = [
         t for t, c, _ in WRONG if c in ("E030", "E033", "E034", "E035", "E036", "E097") and "safe: {go" not in t
     ]
@@ -97,19 +98,22 @@ def test_the_schema_refuses_what_it_can() -> None:
         assert not validator.is_valid(yaml.safe_load(text.replace("§", ""))), text
 
 
-def test_the_schema_knows_the_keys_of_the_reader() -> None:
-    schema: Any = load("ports")
-    jsonschema.Draft202012Validator.check_schema(schema)
-    of = schema["$defs"]
-    assert tuple(schema["properties"]) == FILE_KEYS and tuple(of["port"]["properties"]) == PORT_KEYS
-    assert tuple(of["port"]["properties"]["on_failure"]["enum"]) == ON_FAILURE
+def test_the_schema_has_every_kind_with_its_keys() -> None:
+    found: Any = schema("ports")
+    jsonschema.Draft202012Validator.check_schema(found)
+    port = found["properties"]["ports"]["additionalProperties"]
     ours = [name for name in kinds.PORTS if kinds.PORTS[name].place.startswith("llfsm_verify.runtime.ports.")]
-    assert [branch["if"]["properties"]["kind"]["const"] for branch in of["port"]["allOf"]] == ours
-    for name in ours:
+    assert [branch["if"]["properties"]["kind"]["const"] for branch in port["allOf"]] == ours
+    for name, branch in zip(ours, port["allOf"], strict=True):
         kind = kinds.PORTS.load(name)
-        assert tuple(of[name]["properties"]) == kind.keys
-        assert tuple(of[name].get("required", ())) == kind.required
-        assert of[name]["propertyNames"]["enum"] == [*PORT_KEYS, *kind.keys]
+        assert branch["then"]["propertyNames"]["enum"] == [*PORT.keys, *kind.keys]
+        assert {*branch["then"].get("required", ())} <= {*kind.required}
+        assert all("description" in field for field in branch["then"]["properties"].values())
+
+
+def test_the_page_says_of_keys_what_their_tables_say() -> None:
+    page = Path("docs/ports.md").read_text("utf-8").splitlines()
+    assert [row for row in rows((*PORT.fields, *Mqtt.table.fields)) if row not in page] == []
 
 
 class Broken(CallbackPort):

@@ -15,12 +15,53 @@ from llfsm_verify.program.program import Choice
 from llfsm_verify.runtime.deciding.logs.codes import UNKNOWN
 from llfsm_verify.values import ValueProblem, choice_value
 from llfsm_verify.yaml.compose import compose
-from llfsm_verify.yaml.fields import VERSION, Report
+from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Mapping as MappingNode
 from llfsm_verify.yaml.nodes import Node, Scalar, mark
+from llfsm_verify.yaml.tables import (
+    FORMAT,
+    TRUTHS,
+    ByName,
+    Either,
+    Field,
+    Schema,
+    Single,
+    Table,
+    Words,
+    schema_of,
+)
 
-KEYS = (VERSION, "columns", "time", "topic", "ended")
-COLUMN_KEYS = ("column", "values", "scale", "offset", "round")
+_NAME = Single(("string", "number"))
+ROUND = ("never", "nearest")
+COLUMN = Table(
+    "a column whose cells are not written as properties write values",
+    (
+        Field("column", "its name", _NAME, required=True),
+        Field("values", "what cells mean: the value of the slot for each text", ByName(Single())),
+        Field("scale", "a number that cells are multiplied with", _NAME),
+        Field("offset", "a number that is added after that", _NAME),
+        Field(
+            "round",
+            "what to do with a number between two values of the type: refuse it, or take the nearest one",
+            Words(ROUND),
+        ),
+    ),
+)
+MAPPING = Table(
+    "which column of a log gives which slot of an arrangement: `llfsm check-recording LOG --mapping FILE`",
+    (
+        FORMAT,
+        Field(
+            "columns",
+            "the column of each slot: an input, a variable, an element of an array, or a machine, for its state",
+            ByName(Either((_NAME, COLUMN))),
+            required=True,
+        ),
+        Field("time", "the column with the time of a row; verdicts name it", _NAME),
+        Field("topic", "of an MCAP file: the topic of which each message is a row", Single(("string",))),
+        Field("ended", "`true`: the last row repeats forever. `false`: what came after it is not known", Words(TRUTHS)),
+    ),
+)
 _NUMBER = re.compile(r"[+-]?[0-9]{1,400}(?:\.[0-9]{1,1100})?(?:[eE][+-]?[0-9]{1,3})?\Z", re.ASCII)
 """As programs write numbers, the smallest ones too."""
 _TRUTHS = {"true": 1, "True": 1, "TRUE": 1, "1": 1, "false": 0, "False": 0, "FALSE": 0, "0": 0}
@@ -100,6 +141,11 @@ def read_mapping(path: str, slots: Mapping[str, Choice]) -> LogMapping:
     return found
 
 
+def schema(name: str) -> Schema:
+    """The JSON Schema of a mapping."""
+    return schema_of(name, "Mapping of a log", MAPPING)
+
+
 class _Reader:
     def __init__(self, slots: Mapping[str, Choice]) -> None:
         self.report = Report()
@@ -110,7 +156,7 @@ class _Reader:
         report = self.report
         if not report.can_read(root, "the mapping"):
             return None
-        fields = report.fields(root, "a mapping", KEYS, ("columns",))
+        fields = report.fields(root, "a mapping", MAPPING.keys, MAPPING.required)
         mapping = None if fields is None else report.mapping(fields["columns"], "`columns`")
         if fields is None or mapping is None:
             return None
@@ -122,7 +168,7 @@ class _Reader:
             if column is not None:
                 columns[key.text] = column
         named = {key: self._name(fields[key], f"`{key}`") for key in ("time", "topic") if key in fields}
-        ended = report.choice(fields.get("ended"), "`ended`", ("true", "false"), "false")
+        ended = report.choice(fields.get("ended"), "`ended`", TRUTHS, "false")
         return LogMapping(columns, named.get("time"), named.get("topic"), ended == "true", self._places)
 
     def _name(self, node: Node, what: str) -> str | None:
@@ -141,7 +187,7 @@ class _Reader:
         if not isinstance(node, MappingNode):
             name = self._name(node, what)
             return None if name is None or choice is None else Column(name, choice, mark(node))
-        found = report.fields(node, what, COLUMN_KEYS, ("column",))
+        found = report.fields(node, what, COLUMN.keys, COLUMN.required)
         name = None if found is None else self._name(found["column"], what)
         if found is None or name is None or choice is None:
             return None
@@ -154,7 +200,7 @@ class _Reader:
             )
         scale = self._number(found.get("scale"), "scale", Fraction(1))
         offset = self._number(found.get("offset"), "offset", Fraction(0))
-        nearest = report.choice(found.get("round"), "`round`", ("never", "nearest"), "never") == "nearest"
+        nearest = report.choice(found.get("round"), "`round`", ROUND, "never") == "nearest"
         return Column(name, choice, mark(found["column"]), values, scale, offset, nearest)
 
     def _values(self, node: Node, choice: Choice, slot: str) -> dict[str, int]:
