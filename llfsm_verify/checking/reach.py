@@ -6,17 +6,18 @@ executor takes once more before anyone is told of it.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.backends.native.layout import Layout
-from llfsm_verify.checking.replay.confirm import Disagreement
+from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.labels.labels import Labels
 from llfsm_verify.limits import Budget
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
+from llfsm_verify.transforms.cone import Cone
 
 FIRST_LOOK = 2_000
 """Nodes after which a graph is first looked at; then each time it has grown so many times, so that what is near the
@@ -51,16 +52,12 @@ class Reachable:
         self._program = program
 
         def records(layout: Layout) -> Iterator[bytes]:
-            explored, asked = (
-                {name: field for name, field in each.fields.items() if not field.output}
-                for each in (layout, Layout.of(program))
-            )
-            assert explored == asked
             outputs = layout.encode_outputs(layout.initial_outputs())
             return (root + outputs for root in roots or ())
 
         begin = None if roots is None else records
         self.explorer = Explorer(program, budget, with_edges=with_edges, labels=labels, roots=begin)
+        assert self.explorer.layout.configuration_bytes == Layout.of(program).configuration_bytes
         self.graph = self.explorer.graph
 
     def explore(self, most_steps: int | None = None) -> str | None:
@@ -98,3 +95,11 @@ class Reachable:
 
     def close(self) -> None:
         self.explorer.close()
+
+
+def schedule_of(
+    explorer: Explorer, root: int, moves: Sequence[Move], cone: Cone | None = None, loop: int | None = None
+) -> Schedule:
+    """The run by these moves from a root; where only a `cone` of the program was explored, in the whole of it."""
+    whole = moves if cone is None else [Move(m.process, cone.extend(m.choices)) for m in moves]
+    return Schedule(explorer.free(root), tuple(whole), loop)

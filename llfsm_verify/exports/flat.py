@@ -29,6 +29,7 @@ from llfsm_verify.program.program import (
     Type,
     Var,
 )
+from llfsm_verify.program.stopping import stop_at_faults
 from llfsm_verify.program.symbolic import FAULT
 from llfsm_verify.program.terms import op
 from llfsm_verify.program.trees import expressions, fold, nodes, ringlet, statements
@@ -193,33 +194,8 @@ def _prune(block: Block, live: set[str]) -> Block:
 
 def stopping(block: Block) -> Block:
     """The block with faults as assignments to `FAULT`, after which nothing more is done."""
-    out: list[Stmt] = []
-    group: list[Stmt] = []
-    guarded = False
-    for s in block:
-        faults = any(isinstance(inner, Fault) for inner in statements((s,)))
-        if isinstance(s, Fault):
-            group.append(If(s.when, (Set(FAULT, None, Const(s.fault + 1, INT32)),)))
-        else:
-            group.append(_stopping_inside(s) if faults else s)
-        if faults:
-            out += [If(_FINE, tuple(group))] if guarded else group
-            group, guarded = [], True
-    if group:
-        out += [If(_FINE, tuple(group))] if guarded else group
-    return tuple(out)
-
-
-_FINE = Op("eq", (Get(FAULT, None, INT32), Const(0, INT32)), BOOL)
-
-
-def _stopping_inside(s: Stmt) -> Stmt:
-    match s:
-        case If(condition, then, otherwise):
-            return If(condition, stopping(then), stopping(otherwise))
-        case Switch(value, cases, default):
-            return Switch(value, tuple((k, stopping(b)) for k, b in cases), stopping(default))
-    return s
+    fine = Op("eq", (Get(FAULT, None, INT32), Const(0, INT32)), BOOL)
+    return stop_at_faults(block, fine, lambda s: If(s.when, (Set(FAULT, None, Const(s.fault + 1, INT32)),)))
 
 
 # ---------------------------------------------------------------- numbers

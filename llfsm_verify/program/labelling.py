@@ -33,7 +33,7 @@ from llfsm_verify.program.program import (
     Var,
 )
 from llfsm_verify.program.terms import FALSE, TRUE, const, found, get, op, searched
-from llfsm_verify.program.trees import rebuilt
+from llfsm_verify.program.trees import rebuilt, with_branches
 
 LABEL, LABELLED = ".$label", ".$labelled"
 """Ends of the names of the outputs that tell the letter what a block has decided."""
@@ -185,12 +185,8 @@ class _Rewriting:
         out: list[Stmt] = []
         for s in block:
             match s:
-                case If(condition, then, otherwise):
-                    then = self._rewritten(then, classes, in_letter)
-                    out.append(If(condition, then, self._rewritten(otherwise, classes, in_letter)))
-                case Switch(value, cases, default):
-                    inner = tuple((k, self._rewritten(b, classes, in_letter)) for k, b in cases)
-                    out.append(Switch(value, inner, self._rewritten(default, classes, in_letter)))
+                case If() | Switch():
+                    out.append(with_branches(s, lambda inner: self._rewritten(inner, classes, in_letter)))
                 case Sample(local, choice) if in_letter and choice in self._told:
                     kind = self._told[choice].type
                     known: Block = (Let(local, get(choice + LABEL, kind)),)

@@ -33,6 +33,14 @@ def branches(statement: If | Switch) -> tuple[Block, ...]:
     return (*(block for _, block in statement.cases), statement.default)
 
 
+def with_branches(statement: If | Switch, change: Callable[[Block], Block]) -> Stmt:
+    """The decision with what `change` makes of its blocks."""
+    if isinstance(statement, If):
+        return If(statement.condition, change(statement.then), change(statement.otherwise))
+    cases = tuple((number, change(block)) for number, block in statement.cases)
+    return Switch(statement.value, cases, change(statement.default))
+
+
 def children(e: Expr) -> tuple[Expr, ...]:
     """The arguments of an expression."""
     match e:

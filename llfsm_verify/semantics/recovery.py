@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from llfsm_verify.program.program import Block, Fault, Get, If, Let, Local, Set, Stmt, Var
-from llfsm_verify.program.terms import FALSE, TRUE, const
+from llfsm_verify.program.stopping import stop_at_faults
+from llfsm_verify.program.terms import FALSE, TRUE, const, op
 from llfsm_verify.program.trees import statements
 from llfsm_verify.semantics.context import FIRED, Context, Control, emit
 from llfsm_verify.semantics.cycle import process_var
-from llfsm_verify.semantics.stopping import stop_at_faults
 
 
 def recovered(context: Context, control: Control, block: Block) -> Block:
@@ -42,7 +42,7 @@ def recovered(context: Context, control: Control, block: Block) -> Block:
         probe = Probe("fault", control.machine.name, site.span, number=fault.fault)
         return If(fault.when, (*told, context.probes.tell(probe, 1)), (context.probes.tell(probe, 0),))
 
-    return (*before, *stop_at_faults(block, stopped, fails), If(stopped, tuple(back)))
+    return (*before, *stop_at_faults(block, op("not", stopped), fails), If(stopped, tuple(back)))
 
 
 def _restored(context: Context, control: Control, block: Block) -> list[Var]:

@@ -25,11 +25,13 @@ from llfsm_verify.program.program import (
     Stmt,
     Var,
 )
-from llfsm_verify.program.terms import FALSE, TRUE
+from llfsm_verify.program.stopping import stop_at_faults, while_fine
+from llfsm_verify.program.terms import FALSE, TRUE, op
 from llfsm_verify.program.trees import statements
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.probes import DEAD, Outcome, Probe, Probes
-from llfsm_verify.semantics.stopping import stop_at_faults, unless
+
+ALIVE = op("not", Get(DEAD, None, BOOL))
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +103,7 @@ def _without_faults(program: Program, slot: Slot, probes: Probes) -> Slot:
 
 
 def _unless_dead(block: Block) -> Block:
-    return unless(Get(DEAD, None, BOOL), block)
+    return while_fine(ALIVE, block)
 
 
 def _told(block: Block, program: Program, machine: str, probes: Probes) -> Block:
@@ -112,4 +114,4 @@ def _told(block: Block, program: Program, machine: str, probes: Probes) -> Block
         failed: Block = (probes.tell(probe, 1), Set(DEAD, None, TRUE))
         return If(fault.when, failed, (probes.tell(probe, 0),))
 
-    return stop_at_faults(block, Get(DEAD, None, BOOL), tell)
+    return stop_at_faults(block, ALIVE, tell)

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from llfsm_verify.analysis.lint.slicing import worthwhile_cone
-from llfsm_verify.checking.reach import Reachable
+from llfsm_verify.checking.reach import Reachable, schedule_of
 from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.kripke.graph import FIRST_BYTES, NUMBER_BYTES, OVERFLOW
 from llfsm_verify.kripke.labels.notes import InputNote
+from llfsm_verify.kripke.labels.sizes import WIDE
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.program.moves import Move
-from llfsm_verify.program.program import Program
-from llfsm_verify.semantics.probes import Outcome
+from llfsm_verify.program.program import Program, Unbounded, Var
+from llfsm_verify.semantics.probes import DEAD, Outcome
+from llfsm_verify.transforms.cone import Cone, cone
 from llfsm_verify.transforms.probing import Probed
 
 if TYPE_CHECKING:
@@ -128,17 +130,41 @@ class Reach:
         """A shortest run whose last step has the outcome. KeyError where none was found."""
         edge, arrays = self._edges[outcome], self.arrays
         source, target = int(arrays.sources[edge]), int(arrays.targets[edge])
-        schedule = self.run_to_configuration(source)
-        last = self._explorer.witness(source, target, self.alphabet[int(arrays.labels[edge])])
-        return Schedule(schedule.free, (*schedule.ringlets, *self._whole(last)), None)
+        return self._run(source, self._explorer.witness(source, target, self.alphabet[int(arrays.labels[edge])]))
 
     def run_to_configuration(self, node: int) -> Schedule:
         """A shortest run to a configuration."""
-        path = self._graph.path_to(node)
-        return Schedule(self._explorer.free(path[0]), tuple(self._whole(self._explorer.moves(path))), None)
+        return self._run(node)
 
-    def _whole(self, moves: list[Move]) -> list[Move]:
-        """The moves with values of the choices that only what was left out depends on."""
-        if self._cone is None:
-            return moves
-        return [Move(m.process, self._cone.extend(m.choices)) for m in moves]
+    def _run(self, node: int, last: Sequence[Move] = ()) -> Schedule:
+        path = self._graph.path_to(node)
+        return schedule_of(self._explorer, path[0], [*self._explorer.moves(path), *last], self._cone)
+
+
+# ---------------------------------------------------------------- what need not be explored
+
+
+def worthwhile_cone(probed: Probed) -> Cone | None:
+    """The part of a probed program that its probes depend on; None: what is not in it is small, and may be explored.
+
+    A sensor's value that is stored and never read is the usual case: nothing is told apart by its 65,536 values. What
+    is asked of machines that starve (their states, whether they finished, whether their processes ended) stays in it.
+    """
+    found = cone(probed.program, _asked(probed.program))
+    kept = {v.name for v in found.program.vars}
+    gone = [v for v in probed.program.vars if not v.output and v.name not in kept]
+    return found if any(map(_is_wide, gone)) else None
+
+
+def _is_wide(v: Var) -> bool:
+    if isinstance(v.type, Unbounded):
+        return True
+    values = v.type.high - v.type.low + 1
+    return math.prod([values] * (1 if v.length is None else v.length)) > WIDE
+
+
+def _asked(program: Program) -> set[str]:
+    """The variables that questions about graphs read."""
+    names = {DEAD, *(p.ended for p in program.processes if p.ended is not None)}
+    names |= {f"{m.name}.{part}" for m in program.machines for part in ("$state", "$finished", "$loaded")}
+    return names & {v.name for v in program.vars}

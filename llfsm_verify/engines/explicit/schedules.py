@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from llfsm_verify.checking.engine import Violated
-from llfsm_verify.checking.replay.confirm import Letter, Schedule
+from llfsm_verify.checking.reach import schedule_of
+from llfsm_verify.checking.replay.confirm import Letter
 from llfsm_verify.engines.explicit.walk import Walk
 from llfsm_verify.kripke.explore import Explorer
-from llfsm_verify.program.moves import Move
 
 if TYPE_CHECKING:
     from llfsm_verify.transforms.cone import Cone
@@ -33,19 +33,16 @@ class Schedules:
         loop = None if walk.loop is None else sum(len(p) for p in parts[: walk.loop])
         if walk.ends is not None:
             parts.append(self._explorer.letter_witness(walk.nodes[-1], walk.ends))
-        schedule = self._schedule(walk.nodes[0], [move for part in parts for move in part], loop)
+        schedule = schedule_of(
+            self._explorer, walk.nodes[0], [move for part in parts for move in part], self._reduction, loop
+        )
         if walk.ends is not None:
             return Violated(schedule)
         return Violated(schedule, tuple(map(self._letter, walk.shown)), recurs=self._reduction is None)
 
     def of_fault(self, number: int, path: Sequence[int]) -> Violated:
         """A run into fault `number`, which happens in a step from the last configuration of `path`."""
-        return Violated(self._schedule(path[0], self._explorer.moves(path, number), None))
+        return Violated(schedule_of(self._explorer, path[0], self._explorer.moves(path, number), self._reduction))
 
     def _letter(self, mask: int) -> Letter:
         return frozenset(n for i, n in enumerate(self._explorer.observed) if mask >> i & 1)
-
-    def _schedule(self, root: int, moves: Sequence[Move], loop: int | None) -> Schedule:
-        if self._reduction is not None:
-            moves = [Move(m.process, self._reduction.extend(m.choices)) for m in moves]
-        return Schedule(self._explorer.free(root), tuple(moves), loop)

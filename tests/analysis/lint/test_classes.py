@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 
 from llfsm_verify.analysis.lint import run as linting
 from llfsm_verify.analysis.lint.finding import LintResult
-from llfsm_verify.analysis.lint.reach import Reach
+from llfsm_verify.analysis.lint.reach import Reach, worthwhile_cone
 from llfsm_verify.analysis.lint.run import lint
-from llfsm_verify.analysis.lint.slicing import worthwhile_cone
 from llfsm_verify.arrangement import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.kripke.labels import sizes
@@ -66,7 +65,7 @@ def agreed(count: int, strategy: st.SearchStrategy[Arrangement]) -> Counter[str]
 
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(sizes, "WIDE", 2)
-        patched.setattr("llfsm_verify.analysis.lint.slicing.WIDE", 2)
+        patched.setattr("llfsm_verify.analysis.lint.reach.WIDE", 2)
         checked()
     return tally
 
