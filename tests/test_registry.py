@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from llfsm_verify.arrangement.formats import ARRANGEMENTS, MACHINES
+from llfsm_verify.arrangement.formats import ARRANGEMENTS
+from llfsm_verify.arrangement.formats.reading import MACHINES
 from llfsm_verify.engines.bounded.engine import BoundedSession
 from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from llfsm_verify.arrangement.draft import UNREADABLE, ArrangementDraft, Draft, Unreadable
-from llfsm_verify.arrangement.formats import read_policy
-from llfsm_verify.arrangement.formats.reading import Reading
+from llfsm_verify.arrangement.formats.reading import Reading, read_policy
 from llfsm_verify.arrangement.formats.yaml.reader import read_machine_text
 from llfsm_verify.arrangement.granting import other_levels
 from llfsm_verify.arrangement.nodes import written

@@ -1,4 +1,4 @@
-"""The formats of arrangements and machines, by name: for each a reader, which makes a draft of what it reads.
+"""The formats of arrangements, by name: for each a reader, which makes a draft of what it reads.
 
 A reader says what is wrong with a file as far as it cannot read it; everything else is for `resolve`.
 """
@@ -13,9 +13,7 @@ from typing import TYPE_CHECKING, TextIO
 from llfsm_verify.registry import Entry, Registry
 
 if TYPE_CHECKING:
-    from llfsm_verify.arrangement.draft import Draft, MachineDraft, Unreadable
-    from llfsm_verify.arrangement.formats.reading import Reading
-    from llfsm_verify.arrangement.nodes import Node, Scalar
+    from llfsm_verify.arrangement.draft import Draft
     from llfsm_verify.diagnostics import Span
 
 
@@ -42,19 +40,6 @@ ARRANGEMENTS: Registry[Callable[[Given], Draft]] = Registry(
 )
 """Of whole arrangements. A reader raises DiagnosticError for a file that it cannot open."""
 
-MACHINES: Registry[Callable[[Reading, Path, Scalar], MachineDraft | Unreadable]] = Registry(
-    "machine format",
-    [Entry("yaml", "llfsm_verify.arrangement.formats.yaml.reader:read_machine", "YAML", (".yaml", ".yml"))],
-)
-"""Of machines in files of their own. A reader gets the path and the place where it is named; what it reads, and what is
-wrong with it, goes to the `Reading`."""
-
-POLICIES: Registry[Callable[[Reading, Path, Scalar], Node | None]] = Registry(
-    "policy format",
-    [Entry("yaml", "llfsm_verify.arrangement.formats.yaml.reader:read_policy", "YAML", (".yaml", ".yml"))],
-)
-"""Of what `access` may say in a file of its own; otherwise as for machines."""
-
 USUAL = "yaml"
 """The format of a file whose name has no ending that stands for one."""
 
@@ -65,13 +50,3 @@ def read_arrangement(given: Given, format_name: str | None = None) -> Draft:
     Unregistered: there is no such format. DiagnosticError: there is no such file, or it cannot be read.
     """
     return ARRANGEMENTS.load(format_name or ARRANGEMENTS.named_by(str(given.path)) or USUAL)(given)
-
-
-def read_machine(reading: Reading, path: Path, at: Scalar) -> MachineDraft | Unreadable:
-    """The draft of the machine in the file at `path`, in the format that its ending stands for; `at` names it."""
-    return MACHINES.load(MACHINES.named_by(str(path)) or USUAL)(reading, path, at)
-
-
-def read_policy(reading: Reading, path: Path, at: Scalar) -> Node | None:
-    """What the policy file at `path` says; `at` names it. None: it cannot be read."""
-    return POLICIES.load(POLICIES.named_by(str(path)) or USUAL)(reading, path, at)
