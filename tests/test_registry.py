@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from llfsm_verify.arrangement.formats import ARRANGEMENTS, MACHINES, POLICIES, WRITERS
+from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS
+from llfsm_verify.arrangement.formats.reading import MACHINES, POLICIES
 from llfsm_verify.engines.bounded.engine import BoundedSession
 from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from llfsm_verify.arrangement.model import Machine
-    from llfsm_verify.diagnostics import Span
+from llfsm_verify.diagnostics import Span
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,10 +55,3 @@ class Access:
     def _denial(self, machine: str, what: str, needed: int) -> str:
         has = self.levels[self.clearance(machine)]
         return f"machine `{machine}` ({has}) may not {what}: that needs `{self.levels[needed]}`"
-
-    def refuses_some(self, machine: Machine) -> bool:
-        """Whether something that the machine's text does is refused when it runs."""
-        written = any(not self.may_write(machine.name, variable) for variable, _ in machine.writes())
-        return self.refuses and (
-            written or any(not self.may_command(machine.name, c.kind, c.machine) for c in machine.commands())
-        )

@@ -93,6 +93,13 @@ class Machine:
         """The commands in its text."""
         return of_kind(self.actions, Command)
 
+    def has_refusals(self, access: Access) -> bool:
+        """Whether something that its text does is refused when it runs."""
+        written = any(not access.may_write(self.name, variable) for variable, _ in self.writes())
+        return access.refuses and (
+            written or any(not access.may_command(self.name, c.kind, c.machine) for c in self.commands())
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class DeclaredType:

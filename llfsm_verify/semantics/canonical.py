@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from llfsm_verify.program.program import Block, Expr, If, Int, Set, Stmt, Switch
 from llfsm_verify.program.terms import TRUE, const, get, op
-from llfsm_verify.semantics.context import Context, Control, with_init
+from llfsm_verify.semantics.context import Context
+from llfsm_verify.semantics.declaring import with_init
+from llfsm_verify.semantics.vocabulary import Control
 
 
 def canonical_block(context: Context, machines: list[str]) -> Block:

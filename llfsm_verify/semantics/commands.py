@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from llfsm_verify.program.program import Block, If, Int, Set, Stmt, Switch
 from llfsm_verify.program.terms import FALSE, const, get, op
-from llfsm_verify.semantics.context import COMMANDS, RESTART, RESUME, SUSPEND, Context, Control, emit
+from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.loading import load, unload
 from llfsm_verify.semantics.nesting import drop_inner, set_inner_aside
 from llfsm_verify.semantics.sending import send
+from llfsm_verify.semantics.vocabulary import COMMANDS, RESTART, RESUME, SUSPEND, Control, emit
 
 
 def command(context: Context, asking: Control, kind: str, machine: str, *, operator: bool = False) -> Block:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from llfsm_verify.program.program import BOOL, Block, Expr, Get, If, Int, Process, Set, Stmt, Switch
 from llfsm_verify.program.terms import TRUE, conjunction, const, disjunction, get, ite, op
-from llfsm_verify.semantics.context import CYCLE, Context, Control
+from llfsm_verify.semantics.context import Context
+from llfsm_verify.semantics.vocabulary import CYCLE, Control
 
 
 def process_var(context: Context, process: int, what: str) -> str:

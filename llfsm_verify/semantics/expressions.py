@@ -56,12 +56,13 @@ from llfsm_verify.program.terms import (
     wrapped,
 )
 from llfsm_verify.semantics.bits import bitwise, shifted
-from llfsm_verify.semantics.context import Context, Control, InputScalar
+from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.letters import formula
 from llfsm_verify.semantics.numbers import binary, choose, rescaled, sides, square_root, too_wide, unary
 from llfsm_verify.semantics.queries import at_state, query
 from llfsm_verify.semantics.samples import update
 from llfsm_verify.semantics.storage import element_names, labels, leaves, machine_type
+from llfsm_verify.semantics.vocabulary import Control, InputScalar
 
 if TYPE_CHECKING:
     from llfsm_verify.semantics.parts import Parts

@@ -47,12 +47,13 @@ from llfsm_verify.program.program import (
 from llfsm_verify.program.terms import FALSE, TRUE, TooWideError, conjunction, const, disjunction, get, ite, op
 from llfsm_verify.program.trees import constant_of, rebuilt
 from llfsm_verify.program.trees import nodes as expression_nodes
-from llfsm_verify.semantics.context import CYCLE, FIRST, RAN, Context
+from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.cycle import in_turn
 from llfsm_verify.semantics.numbers import binary, choose, sides, too_wide, unary
 from llfsm_verify.semantics.queries import at_state, process_ended, query, while_loaded
 from llfsm_verify.semantics.samples import key_of, read_name, scalars_of, value_name
 from llfsm_verify.semantics.storage import leaves, machine_type
+from llfsm_verify.semantics.vocabulary import CYCLE, FIRST, RAN
 from llfsm_verify.semantics.walk import constant_index, elements
 
 

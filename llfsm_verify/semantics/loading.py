@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from llfsm_verify.program.program import BOOL, Block, Const, Expr, If, Set, Stmt, Var
 from llfsm_verify.program.terms import FALSE, TRUE, conjunction, const, disjunction, get, op
-from llfsm_verify.semantics.context import Context, Control, emit
+from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.cycle import pass_turn, process_var
 from llfsm_verify.semantics.nesting import drop_inner
 from llfsm_verify.semantics.queries import process_ended
+from llfsm_verify.semantics.vocabulary import Control, emit
 
 
 def load(context: Context, target: Control, asking: Control, *, suspended: bool, operator: bool = False) -> Block:

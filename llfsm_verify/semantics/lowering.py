@@ -13,18 +13,9 @@ from llfsm_verify.packing import PackingError, pack
 from llfsm_verify.program.program import BOOL, Block, If, Int, Origin, Program, Var
 from llfsm_verify.program.terms import get
 from llfsm_verify.semantics.canonical import canonical_start
-from llfsm_verify.semantics.context import (
-    CYCLE,
-    FIRED,
-    RAN,
-    SPENT,
-    Context,
-    declare,
-    declare_controls,
-    machine_infos,
-    unstored_inputs,
-)
+from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.cycle import declare_processes, lower_process
+from llfsm_verify.semantics.declaring import declare, declare_controls, machine_infos, unstored_inputs
 from llfsm_verify.semantics.letters import (
     Observed,
     TimePasses,
@@ -39,6 +30,7 @@ from llfsm_verify.semantics.letters import (
 )
 from llfsm_verify.semantics.ringlet import entry_inputs, lower_slot, lower_surroundings
 from llfsm_verify.semantics.samples import declare_samples, wanted_samples
+from llfsm_verify.semantics.vocabulary import CYCLE, FIRED, RAN, SPENT
 
 if TYPE_CHECKING:
     from llfsm_verify.semantics.parts import Parts

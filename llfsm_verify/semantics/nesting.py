@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from llfsm_verify.program.program import Block, If, Int, Set, Stmt, Switch
 from llfsm_verify.program.terms import FALSE, TRUE, const, disjunction, get, op
-from llfsm_verify.semantics.context import RESTART, RESUME, SUSPEND, Context, Control
+from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.sending import send
+from llfsm_verify.semantics.vocabulary import RESTART, RESUME, SUSPEND, Control
 
 
 def run_inner(context: Context, control: Control, index: int) -> list[Stmt]:

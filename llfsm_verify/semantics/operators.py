@@ -5,8 +5,9 @@ from __future__ import annotations
 from llfsm_verify.language.types import ArrayType, RecordType
 from llfsm_verify.program.program import BOOL, Block, If, Int, Local, Sample, Set, Stmt
 from llfsm_verify.semantics.commands import command, take_command
-from llfsm_verify.semantics.context import COMMANDS, Context, Control
+from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.storage import labels, machine_type
+from llfsm_verify.semantics.vocabulary import COMMANDS, Control
 
 OPERATOR = "operator."
 """What the names of choices begin with that stand for what operators do."""

@@ -10,8 +10,8 @@ from llfsm_verify.language.typed import After, Expression, Literal
 from llfsm_verify.language.types import digits_of
 from llfsm_verify.program.program import BOOL, UNBOUNDED, EventKind, Expr, Int, Stmt, Type
 from llfsm_verify.program.terms import const
-from llfsm_verify.semantics.context import Control, emit
 from llfsm_verify.semantics.storage import labels
+from llfsm_verify.semantics.vocabulary import Control, emit
 
 PART: EventKind = "part"
 CLOCK = "clock"

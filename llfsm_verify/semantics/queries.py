@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from llfsm_verify.program.program import BOOL, Expr, Get
 from llfsm_verify.program.terms import FALSE, const, op
-from llfsm_verify.semantics.context import Context, Control
+from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.cycle import in_turn, process_var
+from llfsm_verify.semantics.vocabulary import Control
 
 
 def in_schedule(context: Context, target: Control, asking: Control | None = None) -> Expr:

@@ -6,8 +6,9 @@ from llfsm_verify.program.program import Block, Fault, Get, If, Let, Local, Set,
 from llfsm_verify.program.stopping import stop_at_faults
 from llfsm_verify.program.terms import FALSE, TRUE, const, op
 from llfsm_verify.program.trees import statements
-from llfsm_verify.semantics.context import FIRED, Context, Control, emit
+from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.cycle import process_var
+from llfsm_verify.semantics.vocabulary import FIRED, Control, emit
 
 
 def recovered(context: Context, control: Control, block: Block) -> Block:

@@ -25,7 +25,7 @@ from llfsm_verify.program.program import (
 from llfsm_verify.program.terms import FALSE, TRUE, const, disjunction, get, op
 from llfsm_verify.semantics.canonical import canonical_block
 from llfsm_verify.semantics.commands import take_command
-from llfsm_verify.semantics.context import FIRED, RAN, RESTART, SPENT, SUSPEND, Context, Control, emit
+from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.cycle import may_begin, next_turn, process_var
 from llfsm_verify.semantics.expressions import Code
 from llfsm_verify.semantics.letters import formula
@@ -36,6 +36,7 @@ from llfsm_verify.semantics.recovery import recovered
 from llfsm_verify.semantics.samples import after_entry_samples, cycle_samples, ringlet_samples
 from llfsm_verify.semantics.statements import run
 from llfsm_verify.semantics.storage import element_names
+from llfsm_verify.semantics.vocabulary import FIRED, RAN, RESTART, SPENT, SUSPEND, Control, emit
 from llfsm_verify.semantics.walk import input_reads
 
 

@@ -12,9 +12,7 @@ any other use holds the value.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
 
 from llfsm_verify.language import types as lt
 from llfsm_verify.language.trees import of_kind
@@ -33,47 +31,12 @@ from llfsm_verify.language.types import digits_of
 from llfsm_verify.program.program import BOOL, Expr, Get, If, Local, Origin, Sample, Set, Stmt, Var
 from llfsm_verify.program.terms import FALSE, TRUE, const, disjunction, get, op
 from llfsm_verify.program.trees import constant_of
+from llfsm_verify.semantics.context import Context
+from llfsm_verify.semantics.vocabulary import Control, Held, InputScalar, Key, Samples
 from llfsm_verify.semantics.walk import elements, input_reads
-
-if TYPE_CHECKING:
-    from llfsm_verify.semantics.context import Context, Control, InputScalar
 
 Lower = Callable[[Expression, Callable[[Sampled], list[Expr]]], Expr]
 """The pure expression of a formula over samples, given what each of them is (`letters.formula`)."""
-Key = tuple[object, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Held:
-    """A hidden variable that every sample of the input `source` by `machine` ("": by any) brings up to date."""
-
-    machine: str
-    source: str
-    variable: str
-    value: Expression
-    """What it holds: the truth of a condition over samples of the input, or one scalar of it."""
-    scalars: tuple[str, ...]
-    """The scalars of the input that are needed for it."""
-
-
-@dataclass(frozen=True, slots=True)
-class Samples:
-    """What the atoms of one lowering ask of samples."""
-
-    held: tuple[Held, ...] = ()
-    truths: Mapping[Key, str] = field(default_factory=dict)
-    """Where the truth of a condition is held, by `key_of`."""
-    readers: tuple[tuple[str, str], ...] = ()
-    """Machine and input of each `m.read(x)`."""
-
-    def of(self, machine: str, source: str) -> list[Held]:
-        """What a sample of `source` by `machine` changes."""
-        return [h for h in self.held if h.source == source and h.machine in ("", machine)]
-
-    def concern(self, machine: str) -> list[str]:
-        """The inputs of which samples by `machine` matter."""
-        mine = [h.source for h in self.held if h.machine in ("", machine)]
-        return list(dict.fromkeys([*mine, *(x for m, x in self.readers if m == machine)]))
 
 
 def value_name(machine: str, scalar: str) -> str:

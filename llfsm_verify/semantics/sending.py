@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from llfsm_verify.program.program import Block, Get, If, Int, Set
 from llfsm_verify.program.terms import TRUE, const, op
-from llfsm_verify.semantics.context import RESTART, RESUME, Context, Control
+from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.queries import in_schedule
+from llfsm_verify.semantics.vocabulary import RESTART, RESUME, Control
 
 
 def send(context: Context, asking: Control, command: int, machine: str) -> Block:

@@ -12,10 +12,10 @@ from llfsm_verify.language.types import digits_of
 from llfsm_verify.program.program import Const, Expr, Let, OpName, Set
 from llfsm_verify.program.terms import TRUE, TooWideError, const
 from llfsm_verify.semantics.commands import command
-from llfsm_verify.semantics.context import emit
 from llfsm_verify.semantics.expressions import Code, text_of
 from llfsm_verify.semantics.numbers import arithmetic, too_wide
 from llfsm_verify.semantics.storage import machine_type
+from llfsm_verify.semantics.vocabulary import emit
 
 
 def run(code: Code, statements: tuple[Statement, ...]) -> None:

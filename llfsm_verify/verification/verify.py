@@ -112,5 +112,5 @@ def _never_true(problem: Problem) -> Iterator[str]:
         kind, machine = question[0], problem.arrangement.machine(question[1]) if question[1] else None
         if machine is not None and kind == "faulted" and machine.on_fault == "end":
             yield f"`faulted({machine.name})` is never true: `{machine.name}` has no `on_fault: unload`"
-        if machine is not None and kind == "refused" and (access is None or not access.refuses_some(machine)):
+        if machine is not None and kind == "refused" and (access is None or not machine.has_refusals(access)):
             yield f"`refused({machine.name})` is never true: `{machine.name}` does nothing that it may not"

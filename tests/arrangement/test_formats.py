@@ -26,6 +26,7 @@ from llfsm_verify.arrangement.draft import (
 )  # fmt: skip
 from llfsm_verify.arrangement.files import read_named, read_source
 from llfsm_verify.arrangement.formats import Given
+from llfsm_verify.arrangement.formats import reading as machine_formats
 from llfsm_verify.arrangement.formats.reading import Reading
 from llfsm_verify.arrangement.replacing import Replacement, with_replacement
 from llfsm_verify.arrangement.resolve.arrangement import _ordered, resolve
@@ -80,11 +81,11 @@ def lamp(source: Source) -> ArrangementDraft:
 @pytest.fixture
 def lines(monkeypatch: pytest.MonkeyPatch) -> None:
     """The format of lines is there beside the others."""
-    for kind in ("ARRANGEMENTS", "MACHINES"):
-        registry: Registry[object] = getattr(formats, kind)
+    for module, kind in ((formats, "ARRANGEMENTS"), (machine_formats, "MACHINES")):
+        registry: Registry[object] = getattr(module, kind)
         reader = f"{__name__}:read_{kind[:-1].lower()}"
         entries = [*registry.values(), Entry("lines", reader, "lines", (".lines",))]
-        monkeypatch.setattr(formats, kind, Registry(registry.kind, entries))
+        monkeypatch.setattr(module, kind, Registry(registry.kind, entries))
 
 
 @pytest.mark.usefixtures("lines")

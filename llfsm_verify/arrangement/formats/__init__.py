@@ -13,10 +13,8 @@ from typing import TYPE_CHECKING, TextIO
 from llfsm_verify.registry import Entry, Registry
 
 if TYPE_CHECKING:
-    from llfsm_verify.arrangement.draft import Draft, MachineDraft, Unreadable
-    from llfsm_verify.arrangement.formats.reading import Reading
+    from llfsm_verify.arrangement.draft import Draft
     from llfsm_verify.diagnostics import Span
-    from llfsm_verify.yaml.nodes import Node, Scalar
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,19 +40,6 @@ ARRANGEMENTS: Registry[Callable[[Given], Draft]] = Registry(
 )
 """Of whole arrangements. A reader raises DiagnosticError for a file that it cannot open."""
 
-MACHINES: Registry[Callable[[Reading, Path, Scalar], MachineDraft | Unreadable]] = Registry(
-    "machine format",
-    [Entry("yaml", "llfsm_verify.arrangement.formats.yaml:read_machine", "YAML", (".yaml", ".yml"))],
-)
-"""Of machines in files of their own. A reader gets the path and the place where it is named; what it reads, and what is
-wrong with it, goes to the `Reading`."""
-
-POLICIES: Registry[Callable[[Reading, Path, Scalar], Node | None]] = Registry(
-    "policy format",
-    [Entry("yaml", "llfsm_verify.arrangement.formats.yaml:read_policy", "YAML", (".yaml", ".yml"))],
-)
-"""Of what `access` may say in a file of its own; otherwise as for machines."""
-
 WRITERS: Registry[Callable[[Mapping[str, object]], str]] = Registry(
     "writer of arrangements", [Entry("yaml", "llfsm_verify.yaml.writing:to_yaml", "YAML")]
 )
@@ -78,13 +63,3 @@ def written_arrangement(document: Mapping[str, object], path: str) -> str:
     Unregistered: the format that the path's ending stands for can only be read.
     """
     return WRITERS.load(ARRANGEMENTS.named_by(path) or USUAL)(document)
-
-
-def read_machine(reading: Reading, path: Path, at: Scalar) -> MachineDraft | Unreadable:
-    """The draft of the machine in the file at `path`, in the format that its ending stands for; `at` names it."""
-    return MACHINES.load(MACHINES.named_by(str(path)) or USUAL)(reading, path, at)
-
-
-def read_policy(reading: Reading, path: Path, at: Scalar) -> Node | None:
-    """What the policy file at `path` says; `at` names it. None: it cannot be read."""
-    return POLICIES.load(POLICIES.named_by(str(path)) or USUAL)(reading, path, at)

@@ -1,15 +1,19 @@
-"""Reading one arrangement: what was read so far, what is wrong with it, and its machine files, each read once."""
+"""Reading one arrangement: what was read so far, what is wrong with it, and its machine files, each read once.
+
+The formats of machine files and of policies are here as well, by name.
+"""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from llfsm_verify.arrangement.draft import ArrangementDraft, Draft, MachineDraft, Unreadable
-from llfsm_verify.arrangement.formats import read_machine, read_policy
+from llfsm_verify.arrangement.formats import USUAL
 from llfsm_verify.arrangement.keys import VOCABULARY
 from llfsm_verify.diagnostics import Diagnostic, Source
+from llfsm_verify.registry import Entry, Registry
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, Scalar, written
 
@@ -67,6 +71,30 @@ class Reading(Report):
             tuple(self.diagnostics),
             instead,
         )
+
+
+MACHINES: Registry[Callable[[Reading, Path, Scalar], MachineDraft | Unreadable]] = Registry(
+    "machine format",
+    [Entry("yaml", "llfsm_verify.arrangement.formats.yaml:read_machine", "YAML", (".yaml", ".yml"))],
+)
+"""Of machines in files of their own. A reader gets the path and the place where it is named; what it reads, and what is
+wrong with it, goes to the `Reading`."""
+
+POLICIES: Registry[Callable[[Reading, Path, Scalar], Node | None]] = Registry(
+    "policy format",
+    [Entry("yaml", "llfsm_verify.arrangement.formats.yaml:read_policy", "YAML", (".yaml", ".yml"))],
+)
+"""Of what `access` may say in a file of its own; otherwise as for machines."""
+
+
+def read_machine(reading: Reading, path: Path, at: Scalar) -> MachineDraft | Unreadable:
+    """The draft of the machine in the file at `path`, in the format that its ending stands for; `at` names it."""
+    return MACHINES.load(MACHINES.named_by(str(path)) or USUAL)(reading, path, at)
+
+
+def read_policy(reading: Reading, path: Path, at: Scalar) -> Node | None:
+    """What the policy file at `path` says; `at` names it. None: it cannot be read."""
+    return POLICIES.load(POLICIES.named_by(str(path)) or USUAL)(reading, path, at)
 
 
 def _named(name: str) -> Scalar:

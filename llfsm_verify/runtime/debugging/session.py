@@ -12,7 +12,7 @@ from llfsm_verify.runtime.debugging.commands import BY_NAME, COMMANDS, Given, pa
 from llfsm_verify.runtime.debugging.debugger import Debugger, Went
 from llfsm_verify.runtime.debugging.guards import Evaluated
 from llfsm_verify.runtime.debugging.paths import DebugError, Free
-from llfsm_verify.semantics.context import IMPLICIT_SUSPEND
+from llfsm_verify.semantics.vocabulary import IMPLICIT_SUSPEND
 
 MOST_SHOWN = 10
 """Steps that are shown of those that a command takes."""
