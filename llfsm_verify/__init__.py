@@ -22,11 +22,10 @@ if TYPE_CHECKING:
     from llfsm_verify.api.running import LiveRun
     from llfsm_verify.api.traces import RunView, SimulatedRun, TraceView, Value
     from llfsm_verify.checking.proof import Proof
-    from llfsm_verify.checking.replay.confirm import Disagreement
     from llfsm_verify.checking.trace import Cause, Change, Sampled, TraceStep
     from llfsm_verify.checking.vacuity import Vacuity
     from llfsm_verify.checking.verdict import EarlyVerdict, Progress, Verdict
-    from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+    from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Disagreement
     from llfsm_verify.kripke.steps import Steps
     from llfsm_verify.kripke.structure import Structure
     from llfsm_verify.limits import LimitReached
@@ -51,11 +50,10 @@ _ROOMS = {
     "api.running": ("LiveRun",),
     "api.traces": ("RunView", "SimulatedRun", "TraceView", "Value"),
     "checking.proof": ("Proof",),
-    "checking.replay.confirm": ("Disagreement",),
     "checking.trace": ("Cause", "Change", "Sampled", "TraceStep"),
     "checking.vacuity": ("Vacuity",),
     "checking.verdict": ("EarlyVerdict", "Progress", "Verdict"),
-    "diagnostics": ("Diagnostic", "DiagnosticError"),
+    "diagnostics": ("Diagnostic", "DiagnosticError", "Disagreement"),
     "kripke.steps": ("Steps",),
     "kripke.structure": ("Structure",),
     "limits": ("LimitReached",),

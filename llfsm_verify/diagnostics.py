@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
@@ -283,6 +285,10 @@ def _excerpt(span: Span) -> list[str]:
     return [gutter + text, " " * (len(gutter) - 2) + "| " + mark]
 
 
+class Disagreement(Exception):
+    """A check of a result failed: the toolkit contradicts itself. The message says what and where."""
+
+
 class DiagnosticError(Exception):
     """The input is wrong; `diagnostics` says where and how (at least one is an error)."""
 
@@ -291,3 +297,26 @@ class DiagnosticError(Exception):
             (diagnostics,) if isinstance(diagnostics, Diagnostic) else tuple(diagnostics)
         )
         super().__init__("\n".join(d.render() for d in self.diagnostics))
+
+
+_TELL: ContextVar[tuple[Callable[[str], None] | None, bool]] = ContextVar("tell", default=(None, False))
+"""What takes sentences for the user, and whether only warnings are wanted."""
+
+
+@contextmanager
+def telling(call: Callable[[str], None] | None, *, quiet: bool = False) -> Iterator[None]:
+    """Within, `tell` calls this. `quiet`: with warnings only."""
+    token = _TELL.set((call, quiet))
+    try:
+        yield
+    finally:
+        _TELL.reset(token)
+
+
+def tell(text: str, *, warns: bool = True) -> bool:
+    """Tell the user a sentence while the work goes on. False: it is not taken."""
+    call, quiet = _TELL.get()
+    if call is None or (quiet and not warns):
+        return False
+    call(text)
+    return True

@@ -37,7 +37,6 @@ from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.files import replacing
-from llfsm_verify.kripke.compiled import kernels
 from llfsm_verify.kripke.structure import Structure, structure
 from llfsm_verify.limits import Budget
 from llfsm_verify.logic.properties import parse_properties
@@ -182,14 +181,7 @@ class Model:
         unknown = sorted(wanted.accepted - {p.name for p in asked.goals})
         if unknown:
             raise ValueError(f"the option `accept_vacuity` names no property: {', '.join(unknown)}")
-        kernels().announce = wanted.tell
-        try:
-            result = verify(self.wrapped, asked, wanted, engine)
-        finally:
-            kernels().announce = None
-        if wanted.tell is not None and kernels().note is not None:
-            wanted.tell(str(kernels().note))
-        return CheckResult(result, self.wrapped, asked)
+        return CheckResult(verify(self.wrapped, asked, wanted, engine), self.wrapped, asked)
 
     def query(
         self, formula: str, engine: str = DEFAULT_ENGINE, *, syntax: str = "llfsm", **options: Unpack[QueryOptions]

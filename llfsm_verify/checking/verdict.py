@@ -245,6 +245,8 @@ class Options:
     found out first: how empty it is under `strict`, or whether any run satisfies the assumptions."""
     tell: Callable[[str], None] | None = None
     """Takes sentences that the user should see before the search ends."""
+    quiet: bool = False
+    """Do not tell that the search kernels are compiled first."""
     own: tuple[object, ...] = ()
     """What single engines are told: at most one value of each class of their options."""
 

@@ -175,7 +175,9 @@ def _internal(error: Exception, of: str) -> int:
     """Say what to report. A check of a result that failed has an exit code of its own."""
     import traceback
 
-    disagreement = "Disagreement" in {kind.__name__ for kind in type(error).__mro__}
+    from llfsm_verify.diagnostics import Disagreement
+
+    disagreement = isinstance(error, Disagreement)
     if os.environ.get(DEBUG) == "1":
         traceback.print_exc()
     place = traceback.extract_tb(error.__traceback__)[-1]

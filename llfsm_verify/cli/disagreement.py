@@ -8,8 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.replay.confirm import Disagreement
-from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.diagnostics import DiagnosticError, Disagreement
 from llfsm_verify.logic.properties import PropertySet
 
 FOLDER = "disagreement"

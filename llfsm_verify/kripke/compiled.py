@@ -8,11 +8,11 @@ everything it depends on, and a later run neither imports numba nor compiles (do
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
 from functools import cache
 from importlib import resources
 from typing import Any
 
+from llfsm_verify.diagnostics import tell
 from llfsm_verify.interrupts import whole
 from llfsm_verify.kept import FOLDER, fingerprint, keep, kept, place
 from llfsm_verify.kripke.kernels.entries import MODULES
@@ -24,10 +24,8 @@ class Kernels:
     """The kernels of this installation, loaded (and before, if need be, compiled) when they are first run."""
 
     def __init__(self) -> None:
-        self.note: str | None = None
-        """What to tell the user when compiled kernels could not be kept for the next run."""
-        self.announce: Callable[[str], None] | None = None
-        """Takes a sentence before the first kernel that numba compiles, which takes some seconds."""
+        self._told: set[str] = set()
+        """What the user knows already."""
         self._loaded: dict[str, _Loaded] = {}
 
     def run(self, name: str, block: int) -> int:
@@ -48,9 +46,7 @@ class Kernels:
                 self._loaded[name] = self._load(name)
 
     def _translated(self, name: str, module: str) -> str:
-        if self.announce is not None:
-            self.announce("compiling the search kernels, once for this installation")
-            self.announce = None
+        self._tell("compiling the search kernels, once for this installation", warns=False)  # it takes some seconds
         return translated(name, module)
 
     @stage("loading the search kernels")
@@ -62,11 +58,15 @@ class Kernels:
             code = _object_file(shipped(name, module) or self._translated(name, module))
             why = keep(path, code)
             if why is not None:
-                self.note = (
+                self._tell(
                     f"the search kernels were compiled for this run only, because {why}; "
                     f"{FOLDER}=FOLDER names another folder"
                 )
         return _Loaded(name, code)
+
+    def _tell(self, text: str, *, warns: bool = True) -> None:
+        if text not in self._told and tell(text, warns=warns):
+            self._told.add(text)
 
 
 @cache

@@ -9,10 +9,10 @@ from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.replay.confirm import Disagreement, Schedule, perform
+from llfsm_verify.checking.replay.confirm import Schedule, perform
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, counted
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Disagreement, counted
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.saving import document_of, saved_text
 from llfsm_verify.report.tracefile import Expected, SavedProperty

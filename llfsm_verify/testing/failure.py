@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.checking.replay.confirm import Disagreement, first_letter, perform
+from llfsm_verify.checking.replay.confirm import first_letter, perform
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.diagnostics import counted
+from llfsm_verify.diagnostics import Disagreement, counted
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.saving import SUFFIX, document_of, saved_text, write_traces

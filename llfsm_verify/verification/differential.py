@@ -13,8 +13,8 @@ from dataclasses import replace
 from threading import Event
 
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.verdict import Options, Progress, Result, Verdict
+from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.kept import keep_waiting
 from llfsm_verify.limits import default_memory

@@ -14,6 +14,7 @@ from llfsm_verify.checking.engine import Start
 from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.vacuity import VacuityFinding
 from llfsm_verify.checking.verdict import EarlyVerdict, Options, PropertyResult, Result, Verdict
+from llfsm_verify.diagnostics import telling
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Observe
 from llfsm_verify.logic.properties import Property, PropertySet
@@ -52,7 +53,8 @@ def verify(
     passing: dict[str, Any] = {name: _passing(call) for name, call in calls.items() if call is not None}
     options = replace(options, **passing)
     try:
-        result = checker(engine)(problem, options)
+        with telling(options.tell, quiet=options.quiet):
+            result = checker(engine)(problem, options)
     except _Raised as raised:
         raise raised.error from None
     if not options.allow_contradiction:

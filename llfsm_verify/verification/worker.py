@@ -85,7 +85,7 @@ def _leave() -> NoReturn:
 
 
 def _answered(source: BinaryIO) -> Reply:
-    from llfsm_verify.checking.replay.confirm import Disagreement
+    from llfsm_verify.diagnostics import Disagreement
     from llfsm_verify.verification.verify import checker
 
     size = int.from_bytes(source.read(SIZE_BYTES), "little")

@@ -119,21 +119,22 @@ def test_progress_and_checkpoints_arrive(lights, tmp_path):
 
 
 def test_what_takes_long_is_told(lights, monkeypatch):
-    from llfsm_verify.api import model
-    from llfsm_verify.kripke.compiled import kernels
+    from llfsm_verify.diagnostics import tell
+    from llfsm_verify.verification import verify
 
     told: list[str] = []
 
-    def compiling(*words):
-        kernels().announce("compiling")
-        kernels().note = "not kept"
-        return model_verify(*words)
+    def compiling(engine):
+        tell("compiling")
+        return found(engine)
 
-    model_verify = model.verify
-    monkeypatch.setattr(model, "verify", compiling)
-    monkeypatch.setattr(kernels(), "note", None)
+    found = verify.checker
+    monkeypatch.setattr(verify, "checker", compiling)
     lights.check("G true", tell=told.append)
-    assert told == ["compiling", "not kept"] and kernels().announce is None
+    number = len(told)
+    lights.check("G true")
+    assert len(told) == number
+    assert set(told) == {"compiling"} and not tell("nothing takes it")
 
 
 def test_the_default_engine_is_one(lights):

@@ -9,6 +9,7 @@ import jsonschema
 import pytest
 
 from llfsm_verify import cli
+from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.report.schema import load
 from tests.cli.running import LIGHTS, PROPERTIES, llfsm
 
@@ -119,10 +120,6 @@ def test_wrong_files_are_an_object_for_programs_that_asked_for_json():
 
 
 class Broken(Exception):
-    pass
-
-
-class Disagreement(Exception):
     pass
 
 

@@ -22,10 +22,10 @@ from llfsm_verify.checking.claims import Claim, add_premises, claim_of
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, bad_prefixes_of
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import FaultResult, PropertyResult, Result, Verdict
+from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.engines.explicit.product_search import Product
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.explore import Explorer

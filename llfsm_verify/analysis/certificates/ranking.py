@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from llfsm_verify.automata.omega.components import components
-from llfsm_verify.checking.replay.confirm import Disagreement
+from llfsm_verify.diagnostics import Disagreement
 
 
 def ranked(

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from llfsm_verify.analysis.certificates.configurations import Nodes
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.checking.goals.goal import Unconfirmed
-from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
+from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.engines.explicit.product_search import Product, States
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.observing import Observer

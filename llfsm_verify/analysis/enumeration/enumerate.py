@@ -12,10 +12,10 @@ from llfsm_verify.checking.claims import claim_of
 from llfsm_verify.checking.engine import Excluded, Explored, Session
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, PropertyResult
+from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.transforms.cone import cone
 

@@ -9,9 +9,10 @@ from llfsm_verify.analysis.lint.local import Situation
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
+from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.trace import Trace
+from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import AtState, Expression, Index, Literal, Read
 from llfsm_verify.program.program import Choice

@@ -16,10 +16,11 @@ from llfsm_verify.checking.engine import Explored
 from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.replay.confirm import Disagreement, ReplayedRun
+from llfsm_verify.checking.replay.confirm import ReplayedRun
 from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Verdict
+from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.limits import LimitReached, unlimited
 from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, apply, atom, conjunction, negation

@@ -10,7 +10,8 @@ from llfsm_verify.automata.omega.complement import complement, has_complement
 from llfsm_verify.automata.omega.products import accepts, disjoint
 from llfsm_verify.automata.safety import BadPrefix, PrefixMonitor
 from llfsm_verify.checking.claims import continuations
-from llfsm_verify.checking.replay.confirm import Disagreement, Letter, ReplayedRun
+from llfsm_verify.checking.replay.confirm import Letter, ReplayedRun
+from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.logic.properties import Property
 
 MAX_PAIRS = 50_000

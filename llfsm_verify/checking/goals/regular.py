@@ -8,7 +8,8 @@ from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.finite.monitor import RegularMonitor
 from llfsm_verify.automata.properties import regular_monitor
 from llfsm_verify.checking.goals.goal import Unconfirmed
-from llfsm_verify.checking.replay.confirm import Disagreement, Letter, ReplayedRun
+from llfsm_verify.checking.replay.confirm import Letter, ReplayedRun
+from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.properties import Property
 from llfsm_verify.logic.regular import ExpressionTooLarge, RegularKind

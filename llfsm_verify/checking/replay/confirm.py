@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from llfsm_verify.checking.claims import Claim
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace, TraceStep
+from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.kripke.observing import initial_atoms, observed_outputs
 from llfsm_verify.limits import tick
 from llfsm_verify.logic.bounds import HIDDEN
@@ -17,10 +18,6 @@ from llfsm_verify.program.program import Fairness
 Letter = frozenset[str]
 MAX_PASSES, MAX_UNROLLED = 16, 1 << 16
 """Passes and ringlets after which, both exceeded, a loop whose configuration does not recur is given up."""
-
-
-class Disagreement(Exception):
-    """A check of a result failed: the toolkit contradicts itself. The message says what and where."""
 
 
 class Misfit(Exception):

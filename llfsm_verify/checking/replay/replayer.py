@@ -12,7 +12,6 @@ from llfsm_verify.checking.engine import Violated
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import (
-    Disagreement,
     Letter,
     Misfit,
     ReplayedRun,
@@ -25,6 +24,7 @@ from llfsm_verify.checking.replay.confirm import (
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.replay.steady import steady
 from llfsm_verify.checking.trace import Trace
+from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.regular import ExpressionTooLarge
 from llfsm_verify.stages import stage

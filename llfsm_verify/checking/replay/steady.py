@@ -13,7 +13,8 @@ from dataclasses import replace
 
 from llfsm_verify.checking.engine import Violated
 from llfsm_verify.checking.goals.goal import Unconfirmed
-from llfsm_verify.checking.replay.confirm import Disagreement, ReplayedRun
+from llfsm_verify.checking.replay.confirm import ReplayedRun
+from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
-import warnings
 from argparse import Namespace
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TextIO
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
@@ -28,7 +24,6 @@ from llfsm_verify.cli.io.whole_file import is_same_file
 from llfsm_verify.cli.properties import chosen, read_properties, told
 from llfsm_verify.cli.usage import usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.engines.explicit.options import CheckpointWarning
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.registry import Unregistered
@@ -116,10 +111,8 @@ def _spare_inputs(options: Namespace) -> None:
 
 
 def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace) -> Result:
-    from llfsm_verify.kripke.compiled import kernels
     from llfsm_verify.verification.verify import verify
 
-    kernels().announce = None if options.quiet else _tell
     limits = Limits(options.max_states, options.memory, options.timeout)
     given = given_options(options)
     proves = options.certificate is not None or options.check_certificate is not None
@@ -129,7 +122,7 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
         _tell(f"{option} explores again: {options.checkpoint} is not used, and stays as it is")
         del given["checkpoint"]
     early = EarlyVerdicts(p.name for p in properties.goals)
-    with ProgressLine() as line, _warnings_told(), early:
+    with ProgressLine() as line, early:
         wanted = Options(
             limits,
             options.keep_all_bits,
@@ -142,40 +135,11 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
             traces=options.all,
             decided=None if options.quiet else early.add,
             tell=_tell,
+            quiet=options.quiet,
             own=ENGINES.own(given),
         )
-        try:
-            with both_saved(arrangement, properties, options.save_traces), stage("checking"):
-                result = verify(arrangement, properties, wanted, options.engine)
-        finally:
-            kernels().announce = None
-    if kernels().note is not None:
-        _tell(str(kernels().note))
-    return result
-
-
-@contextmanager
-def _warnings_told() -> Iterator[None]:
-    """Failures to save are told when they happen."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("always", CheckpointWarning)
-        usual = warnings.showwarning
-
-        def show(
-            message: Warning | str,
-            category: type[Warning],
-            filename: str,
-            lineno: int,
-            file: TextIO | None = None,
-            line: str | None = None,
-        ) -> None:
-            if issubclass(category, CheckpointWarning):
-                _tell(str(message))
-            else:
-                usual(message, category, filename, lineno, file, line)
-
-        warnings.showwarning = show
-        yield
+        with both_saved(arrangement, properties, options.save_traces), stage("checking"):
+            return verify(arrangement, properties, wanted, options.engine)
 
 
 def _left(result: Result, options: Namespace) -> Limits:

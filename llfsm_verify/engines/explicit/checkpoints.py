@@ -6,7 +6,7 @@ import json
 import time
 import warnings
 import weakref
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from hashlib import sha256
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.reach import FIRST_LOOK
 from llfsm_verify.checking.replay.confirm import Disagreement
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, counted
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Disagreement, counted
 from llfsm_verify.engines.explicit.options import Checkpointing, CheckpointWarning
 from llfsm_verify.engines.explicit.product_search import Walk
 from llfsm_verify.engines.explicit.search import Search
@@ -25,6 +25,8 @@ from llfsm_verify.kripke.reservation import NotReplaceable, Reservation, Taken
 from llfsm_verify.kripke.saved import whole
 from llfsm_verify.kripke.witnesses import NoWitness
 from llfsm_verify.limits import Budget, LimitReached
+
+Tell = Callable[[str], None]
 
 SHARE = 0.1
 """At most this share of the time goes into saving, once a save has been timed."""
@@ -48,13 +50,15 @@ class Checkpoints:
     """Saves one check now and then. `note`: what to tell the user, once the search has begun.
 
     Raises DiagnosticError when the file cannot be written or another search saves there (E413), is not one of this
-    check (E414), or is not a checkpoint (E415). A save that fails later is a CheckpointWarning.
+    check (E414), or is not a checkpoint (E415). A failure to save later is told, or warned of.
     """
 
-    def __init__(self, wanted: Checkpointing, problem: Problem, options: dict[str, Json]) -> None:
+    def __init__(self, wanted: Checkpointing, problem: Problem, options: dict[str, Json], tell: Tell | None) -> None:
+        """`tell` takes sentences for the user."""
         from importlib.metadata import version
 
         self._wanted = wanted
+        self._tell = tell
         self._about: dict[str, Json] = {
             "version": version("llfsm-verify"),
             "arrangement": problem.arrangement.digest,
@@ -197,13 +201,16 @@ class Checkpoints:
         self._took = self._last - began
 
     def _warn(self, why: str) -> None:
-        """Say that a save has failed, unless the one before it has failed, too."""
+        """Say that a save has failed, unless the one before it failed as well."""
         if not self._failed:
             self._failed = True
             left = "the one saved before is still there" if self._saved else "nothing has been saved so far"
             message = f"the checkpoint cannot be written: {why}; {left}"
             text = Diagnostic("W402", message, file=str(self._wanted.path)).render()
-            warnings.warn(text, CheckpointWarning, stacklevel=2)
+            if self._tell is None:
+                warnings.warn(text, CheckpointWarning, stacklevel=2)
+            else:
+                self._tell(text)
 
 
 def _reserved(path: Path) -> Reservation:

@@ -95,7 +95,7 @@ class ExplicitSession(Session):
             }  # fmt: skip
             from llfsm_verify.engines.explicit.checkpoints import Checkpoints
 
-            self._checkpoints = Checkpoints(own.checkpoint, self._problem, about)
+            self._checkpoints = Checkpoints(own.checkpoint, self._problem, about, given.options.tell)
 
     def _found(self, program: Program, reduction: Cone | None = None, *, chains: bool = False) -> _Found:
         report = self._report if self._options.progress or self._own.checkpoint else None

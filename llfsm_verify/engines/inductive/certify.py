@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import z3
 
 from llfsm_verify.backends.smt.arithmetic import Arithmetic, BitVectors
-from llfsm_verify.checking.replay.confirm import Disagreement
+from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.engines.inductive.cvc import other_opinion
 from llfsm_verify.engines.inductive.invariant import Invariant
 from llfsm_verify.engines.inductive.observers import FairLoops, State, Target

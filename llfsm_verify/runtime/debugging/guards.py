@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.reference import Interpreter, Outcome
-from llfsm_verify.checking.replay.confirm import Disagreement
+from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice
 from llfsm_verify.semantics.lowering import lower

@@ -7,9 +7,9 @@ from dataclasses import replace
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.monitors import WORDS, monitors_of
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.replay.confirm import Disagreement, Letter
+from llfsm_verify.checking.replay.confirm import Letter
 from llfsm_verify.checking.replay.execution import Execution
-from llfsm_verify.diagnostics import Source
+from llfsm_verify.diagnostics import Disagreement, Source
 from llfsm_verify.logic.formula import is_boolean
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.parsing.tokens import tokenise

@@ -6,9 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.replay.execution import Execution
-from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.diagnostics import DiagnosticError, Disagreement
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.program.moves import Move
