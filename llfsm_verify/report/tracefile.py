@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import Literal, cast, get_args
+from typing import Literal, cast
 
 from llfsm_verify.arrangement.codes import HINTS
 from llfsm_verify.arrangement.files import STDIN, read_source
@@ -18,6 +18,7 @@ from llfsm_verify.checking.verdict import GoalKind
 from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.fileformat import FORMAT, judge_format
 from llfsm_verify.program.program import FaultSite
+from llfsm_verify.report.trace_fields import EXPECTED, FAULT, GOAL, KINDS, STEP, TRACE
 from llfsm_verify.yaml.compose import compose
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Mapping as MappingNode
@@ -31,8 +32,6 @@ Expected = Literal["violated", "holds"]
 """What a replay shall find: the failure, which is known, or none, because it is mended or must be."""
 
 VOCABULARY = Vocabulary(hints=HINTS)
-
-KINDS: tuple[GoalKind, ...] = get_args(GoalKind)
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,9 +228,7 @@ class _Reader:
         self.report = report
 
     def file(self, path: str, root: Node) -> TraceFile | None:
-        known = ("trace", "arrangement", "digest", "profile", "property", "fault", "assumptions", "syntaxes", "expect",
-                 "initial", "free", "loop", "steps")  # fmt: skip
-        found = self.report.fields(root, "a trace file", known, ("trace", "arrangement", "digest", "expect", "steps"))
+        found = self.report.fields(root, "a trace file", TRACE.keys, TRACE.required)
         if found is None:
             return None
         version = self.report.scalar(found["trace"], "`trace`")
@@ -246,7 +243,7 @@ class _Reader:
             self.report.error("E403", message, mark(found["loop"]))
         if ("property" in found) == ("fault" in found):
             self.report.error("E404", "a trace file has either `property` or `fault`", mark(root))
-        expect = self.report.choice(found["expect"], "`expect`", ("violated", "holds"), "violated")
+        expect = self.report.choice(found["expect"], "`expect`", EXPECTED, "violated")
         return TraceFile(
             path,
             mark(found["arrangement"]),
@@ -264,8 +261,7 @@ class _Reader:
         )
 
     def goal(self, node: Node) -> SavedProperty:
-        keys = ("name", "kind", "text")
-        found = self.report.fields(node, "`property`", keys, keys)
+        found = self.report.fields(node, "`property`", GOAL.keys, GOAL.required)
         if found is None:
             return SavedProperty("", "ltl", "")
         kind = self.report.choice(found["kind"], "`kind`", KINDS, "ltl")
@@ -273,8 +269,7 @@ class _Reader:
         return SavedProperty(name, cast(GoalKind, kind), text)
 
     def fault(self, node: Node) -> tuple[str, str]:
-        keys = ("code", "message")
-        found = self.report.fields(node, "`fault`", keys, keys)
+        found = self.report.fields(node, "`fault`", FAULT.keys, FAULT.required)
         return (
             ("", "")
             if found is None
@@ -286,8 +281,7 @@ class _Reader:
         return () if sequence is None else tuple(self.step(item) for item in sequence.items)
 
     def step(self, node: Node) -> SavedStep:
-        known = ("step", "process", "ended", "machine", "state", "fired", "choices", "changes")
-        found = self.report.fields(node, "a step", known)
+        found = self.report.fields(node, "a step", STEP.keys)
         if found is None:
             return SavedStep(None, (), node.span)
         process = None

@@ -31,10 +31,13 @@ class Single:
     kinds: tuple[str, ...] = ("string", "number", "boolean")
     """Types of JSON."""
     pattern: str | None = None
+    least: int | None = None
+    """Of a number."""
 
     def schema(self) -> Schema:
         """See `Value`."""
-        return {"type": list(self.kinds)} | ({} if self.pattern is None else {"pattern": self.pattern})
+        limits = {"pattern": self.pattern, "minimum": self.least}
+        return {"type": list(self.kinds)} | {key: limit for key, limit in limits.items() if limit is not None}
 
 
 NUMBER = Single(("integer", "string"))
@@ -47,11 +50,13 @@ class Words:
     """One of a few words, or of the numbers and truth values that they stand for."""
 
     options: tuple[str, ...]
+    texts: bool = True
+    """Whether a number or truth value may also be written as a text."""
 
     def schema(self) -> Schema:
         """See `Value`."""
         typed = [{"true": True, "false": False}.get(o, int(o) if o.isdigit() else None) for o in self.options]
-        return {"enum": [*(one for one in typed if one is not None), *self.options]}
+        return {"enum": [*(one for one in typed if one is not None), *(self.options if self.texts else ())]}
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,13 +77,16 @@ class ByName:
 
 @dataclass(frozen=True, slots=True)
 class Several:
-    """A list of different values, at least one."""
+    """A list."""
 
     value: Value
+    least: int = 1
+    different: bool = True
+    """Whether no value may be there twice."""
 
     def schema(self) -> Schema:
         """See `Value`."""
-        return {"type": "array", "minItems": 1, "uniqueItems": True, "items": self.value.schema()}
+        return {"type": "array", "minItems": self.least, "uniqueItems": self.different, "items": self.value.schema()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +118,9 @@ class Table:
     about: str
     fields: tuple[Field, ...]
     some: tuple[str, ...] = ()
-    """Keys of which one has to be there."""
+    """Keys of which one has to be there, or more."""
+    one: tuple[str, ...] = ()
+    """Keys of which exactly one has to be there."""
     needs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """By key those that have to be there if it is."""
     variants: Mapping[str, Table] = field(default_factory=dict)
@@ -140,6 +150,8 @@ class Table:
             found["required"] = list(self.required)
         if self.some:
             found["anyOf"] = [{"required": [key]} for key in self.some]
+        if self.one:
+            found["oneOf"] = [{"required": [key]} for key in self.one]
         if self.needs:
             found["dependentRequired"] = {key: list(others) for key, others in self.needs.items()}
         return found

@@ -13,6 +13,7 @@ from llfsm_verify.automata.hoa.writing import write_hoa
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.logic.formula import apply, atom, negation
 from llfsm_verify.report.schema import load
+from llfsm_verify.report.trace_fields import schema
 from tests.cli.running import FAULTY, LIGHTS, Done, llfsm
 
 ABRUPT = "models/traffic_lights/abrupt.yaml"
@@ -89,11 +90,11 @@ def replayed(folder: Path, name: str, *options: str) -> Done:
     ],
 )
 def test_saved_traces_are_judged_anew(saved, monkeypatch, name, says, mended):
-    schema = jsonschema.Draft202012Validator(load("trace"))
+    validator = jsonschema.Draft202012Validator(schema("trace"))
     import yaml
 
     trace = saved / "traces" / f"{name}.trace.yaml"
-    schema.validate(yaml.safe_load(trace.read_text()))
+    validator.validate(yaml.safe_load(trace.read_text()))
     done = replayed(saved, name)
     assert (done.returncode, says in done.stdout) == (0, True), done
     if mended:
@@ -171,11 +172,11 @@ def test_traces_of_formulas_in_other_syntaxes(tmp_path):
     files = [str(spot), str(spin), str(option)]
     done = llfsm("verify", LIGHTS, *files, *lines, "--save-traces", str(traces), "--quiet")
     assert done.returncode == 1 and done.stdout.count("violated") == 4, done
-    schema = jsonschema.Draft202012Validator(load("trace"))
+    validator = jsonschema.Draft202012Validator(schema("trace"))
     import yaml
 
     for trace in traces.iterdir():
-        schema.validate(yaml.safe_load(trace.read_text()))
+        validator.validate(yaml.safe_load(trace.read_text()))
     assert yaml.safe_load((traces / "one.trace.yaml").read_text())["syntaxes"] == {"c": "spot", "one": "spin"}
     done = llfsm("replay", "--quiet", *map(str, sorted(traces.iterdir())))
     assert done.returncode == 0 and done.stdout.count("still happens") == 4, done

@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 from llfsm_verify.report.schema import load
+from llfsm_verify.report.trace_fields import schema
 from tests.cli.running import llfsm
 
 WARNING = re.compile(r"warning\[(\w+)\]")
@@ -165,7 +166,7 @@ def test_a_violation_is_saved_and_happens_again(name, tmp_path: Path):
     done = llfsm("verify", str(tmp_path / "a.yaml"), "-p", f"p: {formula}", "--save-traces", str(tmp_path / "t"))
     assert done.returncode == 1, done.stdout + done.stderr
     trace = tmp_path / "t/p.trace.yaml"
-    jsonschema.Draft202012Validator(load("trace")).validate(yaml.safe_load(trace.read_text()))
+    jsonschema.Draft202012Validator(schema("trace")).validate(yaml.safe_load(trace.read_text()))
     again = llfsm("replay", str(trace))
     assert again.returncode == 0, again.stdout + again.stderr
     shown = llfsm("verify", str(tmp_path / "a.yaml"), "-p", f"p: {formula}", "--format", "json")

@@ -12,14 +12,15 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
 from llfsm_verify.report.json import failure_json, result_json, trace_object
 from llfsm_verify.report.schema import load
+from llfsm_verify.report.schemas import SCHEMAS
 from tests.report.results import ALL, EVERY, step
 
 VALIDATOR = jsonschema.Draft202012Validator(load("result"))
 
 
-@pytest.mark.parametrize("name", ["result", "trace"])
+@pytest.mark.parametrize("name", SCHEMAS)
 def test_schemas_are_schemas(name):
-    jsonschema.Draft202012Validator.check_schema(load(name))
+    jsonschema.Draft202012Validator.check_schema(SCHEMAS.load(name)(name))
 
 
 @pytest.mark.parametrize("name", EVERY)

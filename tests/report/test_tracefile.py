@@ -11,7 +11,7 @@ from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.report.saving import save_traces
-from llfsm_verify.report.schema import load
+from llfsm_verify.report.trace_fields import schema
 from llfsm_verify.report.tracefile import DETAILED_STEPS, SavedProperty, profile_words, read_trace_file, trace_document
 from tests.report.results import ALL, BAD, FAULT, LASSO, PATH, SITE, result, step
 
@@ -41,7 +41,7 @@ def test_what_is_written_is_read_again(tmp_path, trace):
 @pytest.mark.parametrize("trace", [PATH, LASSO, FAULT], ids=["path", "lasso", "fault"])
 def test_the_published_schema_fits(tmp_path, trace):
     value = yaml.safe_load(saved(tmp_path, trace, SITE if trace is FAULT else WHAT).read_text())
-    validator = jsonschema.Draft202012Validator(load("trace"))
+    validator = jsonschema.Draft202012Validator(schema("trace"))
     validator.validate(value)
     value["surprise"] = 1
     assert not validator.is_valid(value)

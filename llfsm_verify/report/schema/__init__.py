@@ -1,4 +1,4 @@
-"""The JSON Schemas (draft 2020-12) of what this package writes: results, trace files and tables of monitors."""
+"""The JSON Schemas (draft 2020-12) of what this package writes: results and tables of monitors."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import cast
 
 from llfsm_verify.jsonschemas import loader
 
-NAMES = ("result", "trace", "monitor", "lint", "query", "simulation")
+NAMES = ("result", "monitor", "lint", "query", "simulation")
 OF_RESULT = ("lint", "query", "simulation")
 """Their files leave out what they share with `result`: the definitions SHARED."""
 SHARED = ("failure", "diagnostic", "span", "sampled", "change", "cause", "step", "trace", "attempt", "proof", "inputs")
