@@ -10,8 +10,9 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.backends.native.layout import Layout
-from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
+from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.labels.labels import Labels
 from llfsm_verify.limits import Budget

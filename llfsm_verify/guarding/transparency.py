@@ -9,11 +9,9 @@ from dataclasses import dataclass, replace
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.checking.reach import FaultRun, Reachable
-from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.diagnostics import DiagnosticError, Disagreement
-from llfsm_verify.guarding.lockstep import MARK, Lockstep, Unlike, lockstep
 from llfsm_verify.guarding.wanted import Names
 from llfsm_verify.kripke.explore import MAX_ROOTS
 from llfsm_verify.kripke.labels.sizes import is_wide

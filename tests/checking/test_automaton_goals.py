@@ -11,8 +11,8 @@ from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.omega.closure import closure_of
 from llfsm_verify.checking.goals import automata
 from llfsm_verify.checking.goals.automata import AutomatonGoal
-from llfsm_verify.checking.replay.confirm import Disagreement, ReplayedRun
-from llfsm_verify.diagnostics import Source
+from llfsm_verify.checking.replay.confirm import ReplayedRun
+from llfsm_verify.diagnostics import Disagreement, Source
 from llfsm_verify.logic.formula import Formula, apply, atom
 from llfsm_verify.logic.properties import FEATURES, parse_properties
 

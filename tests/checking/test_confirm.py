@@ -6,10 +6,10 @@ import pytest
 
 from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.replay.confirm import Disagreement, Schedule, perform
+from llfsm_verify.checking.replay.confirm import Schedule, perform
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.diagnostics import Source
+from llfsm_verify.diagnostics import Disagreement, Source
 from llfsm_verify.engines.explicit import search as searching
 from llfsm_verify.engines.explicit.product_search import Walk
 from llfsm_verify.logic.properties import PropertySet, parse_properties

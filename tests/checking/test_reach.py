@@ -9,8 +9,8 @@ import pytest
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.checking.reach import Reachable
-from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.lowering import lower

@@ -21,10 +21,10 @@ from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import evaluate as truth
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
+from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, Verdict
-from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.diagnostics import DiagnosticError, Disagreement, Source
 from llfsm_verify.engines.explicit import search as searching
 from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.engines.explicit.product_search import Walk

@@ -13,9 +13,9 @@ from benchmarks.ring import ring
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
-from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
+from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.checking.verdict import Options, Result, Verdict
-from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.diagnostics import DiagnosticError, Disagreement, Source
 from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits

@@ -153,7 +153,7 @@ def test_what_is_our_own_fault_is_one_line(error, code, says, monkeypatch, capsy
 
 
 def test_the_real_disagreement_is_the_one_that_is_known():
-    from llfsm_verify.checking.replay.confirm import Disagreement as Real
+    from llfsm_verify.diagnostics import Disagreement as Real
 
     assert Real.__name__ == "Disagreement"
 

@@ -13,7 +13,6 @@ from pathlib import Path
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.reach import FIRST_LOOK
-from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Disagreement, counted
 from llfsm_verify.engines.explicit.options import Checkpointing, CheckpointWarning
 from llfsm_verify.engines.explicit.product_search import Walk

@@ -11,9 +11,8 @@ from llfsm_verify.analysis.certificates import making
 from llfsm_verify.analysis.certificates.making import certificate
 from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.certificate import NOT_CERTIFIED, PROVED, checked
-from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.verdict import FaultResult, Verdict
-from llfsm_verify.diagnostics import Source
+from llfsm_verify.diagnostics import Disagreement, Source
 from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.verification.verify import verify
