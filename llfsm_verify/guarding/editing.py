@@ -66,6 +66,16 @@ class Document:
             node = next((value for name, value in entries if name.value == key), None)
         return node
 
+    def text(self, *keys: str) -> str | None:
+        """The single value under keys; None: there is none."""
+        node = self.get(*keys)
+        return str(node.value) if isinstance(node, yaml.ScalarNode) else None
+
+    def names(self, *keys: str) -> tuple[str, ...]:
+        """The keys of the mapping under keys; nothing where there is none."""
+        node = self.get(*keys)
+        return tuple(str(key.value) for key, _ in node.value) if isinstance(node, yaml.MappingNode) else ()
+
     def put(self, keys: tuple[str, ...], value: Tree) -> None:
         """Set the last of the keys, which lead inwards from the root, to `value`; those before it are there."""
         there = self.get(*keys)
@@ -99,8 +109,16 @@ class Document:
         node = next(node for node, _ in self.root.value if node.value == key)
         self.edits.replace(node.start_mark.index, _end(node), name)
 
-    def append(self, node: yaml.Node, item: str) -> None:
-        """Add an item at the end of a sequence."""
+    def swap(self, keys: tuple[str, ...], others: Mapping[str, str]) -> None:
+        """Write other words for those of the list under keys that have one; nothing where there is no list."""
+        node = self.get(*keys)
+        for item in node.value if isinstance(node, yaml.SequenceNode) else ():
+            if item.value in others:
+                self.edits.replace(item.start_mark.index, item.end_mark.index, others[item.value])
+
+    def append(self, keys: tuple[str, ...], item: str) -> None:
+        """Add an item at the end of the list under keys, which is there."""
+        node = self.get(*keys)
         assert isinstance(node, yaml.SequenceNode)
         if node.flow_style or not node.value:
             self._add_inflow(node, node.value[-1] if node.value else None, item)

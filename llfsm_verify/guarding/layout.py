@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-import yaml
-
 from llfsm_verify.arrangement.draft import Draft, Unreadable
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Source, Span
@@ -62,10 +60,7 @@ class Layout:
             document.put(("observe",), "cycle")
         for machine in names.guarded:
             document.put(("machines", machine, "on_fault"), "unload")
-        writes = document.get("operators", "write")
-        for item in writes.value if isinstance(writes, yaml.SequenceNode) else ():
-            if item.value in names.requests:
-                document.edits.replace(item.start_mark.index, item.end_mark.index, names.requests[item.value])
+        document.swap(("operators", "write"), names.requests)
         self._clearances()
 
     def _clearances(self) -> None:
@@ -84,9 +79,7 @@ class Layout:
             self._document.put(("access",), entries)
             return
         document, at = self._policy()
-        levels = document.get(*at, "levels")
-        assert levels is not None
-        document.append(levels, names.level)
+        document.append((*at, "levels"), names.level)
         for output, slot in names.requests.items():
             if output in access.write:
                 write[slot] = access.levels[access.write[output]]
@@ -99,10 +92,10 @@ class Layout:
 
     def _policy(self) -> tuple[Document, tuple[str, ...]]:
         """Where the policy stands: a document, and the keys that lead to it."""
-        file = self._document.get(*POLICY_FILE)
-        if not isinstance(file, yaml.ScalarNode):
+        file = self._document.text(*POLICY_FILE)
+        if file is None:
             return self._document, POLICY_FILE[:1]
-        source = self._sources[str(self._folder / file.value)]
+        source = self._sources[str(self._folder / file)]
         document = Document(source)
         self._edits[source.name] = document.edits
         return document, ()
@@ -126,12 +119,8 @@ class Layout:
     def add_machine(self, name: str, file: str, arguments: Mapping[str, str], text: str | Source) -> None:
         """Another machine at the end of the schedule, in a file of its own. A source is edited as others are."""
         self.define(name, file, arguments, text)
-        schedule = self._document.get("schedule")
-        processes = self._document.get("processes")
-        if schedule is None and isinstance(processes, yaml.MappingNode):
-            schedule = processes.value[0][1]
-        assert schedule is not None
-        self._document.append(schedule, name)
+        one = self._document.get("schedule") is not None
+        self._document.append(("schedule",) if one else ("processes", self._document.names("processes")[0]), name)
 
     def define(self, name: str, file: str, arguments: Mapping[str, str], text: str | Source) -> None:
         """The same, but it has no turn yet."""
@@ -153,16 +142,16 @@ class Layout:
         """The texts by their names, that of the arrangement first. To be called once, when all is said."""
         placed: dict[tuple[str, bool], str] = {}
         for keys in self.named_files():
-            node = self._document.get(*keys)
-            if not isinstance(node, yaml.ScalarNode):
+            file = self._document.text(*keys)
+            if file is None:
                 continue
-            source = self._sources[str(self._folder / node.value)]
+            source = self._sources[str(self._folder / file)]
             # The model of the surroundings goes on with the outputs themselves, also where a machine has its file.
             same = keys[0] != "environment" or source.name not in self._edits
             if (source.name, same) not in placed:
                 text = source if same else source.text
                 placed[source.name, same] = self._place(Path(source.name).name, text)
-            if placed[source.name, same] != node.value:
+            if placed[source.name, same] != file:
                 self._document.put(keys, quoted(placed[source.name, same]))
         return {
             self._main: self._document.edits.result(),
@@ -171,9 +160,8 @@ class Layout:
 
     def named_files(self) -> list[tuple[str, ...]]:
         """Where the arrangement may name files: keys that lead inwards."""
-        node = self._document.get("machines")
-        names = [key.value for key, _ in node.value] if isinstance(node, yaml.MappingNode) else []
-        return [*(("machines", name, "file") for name in names), ("environment", "file"), POLICY_FILE]
+        machines = self._document.names("machines")
+        return [*(("machines", name, "file") for name in machines), ("environment", "file"), POLICY_FILE]
 
     def _edited(self, text: str | Source) -> str:
         if isinstance(text, str):
