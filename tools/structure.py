@@ -1,7 +1,7 @@
 """Figures of the source's structure: import cycles, lowerings of a check, files that a check runs, lengths of files.
 
-`python -m tools.structure` prints them. Imports are read from the syntax tree, deferred ones included; those under
-`TYPE_CHECKING` do not count, since nothing runs them. Calls are counted by a profile of one plain check.
+`python -m tools.structure` prints them. Imports are read from the syntax tree, deferred ones and those under
+`TYPE_CHECKING` included. Calls are counted by a profile of one plain check.
 """
 
 from __future__ import annotations
@@ -34,16 +34,8 @@ def parsed(path: Path) -> ast.Module:
 
 
 def imports(tree: ast.Module) -> Iterator[ast.Import | ast.ImportFrom]:
-    """The import statements of a module, those under TYPE_CHECKING left out."""
-    stack: list[ast.AST] = [tree]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, ast.Import | ast.ImportFrom):
-            yield node
-        elif isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
-            stack.extend(node.orelse)
-        else:
-            stack.extend(child for child in ast.iter_child_nodes(node) if not isinstance(child, ast.expr))
+    """The import statements of a module, deferred ones and those under TYPE_CHECKING included."""
+    return (node for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom))
 
 
 def edges(known: dict[str, Path]) -> dict[str, set[str]]:

@@ -31,7 +31,7 @@ class Pace:
 
 
 @dataclass(frozen=True, slots=True)
-class Reaction:
+class ReactionTime:
     """The worst reaction to a frame that breaks a rule."""
 
     cycles: int
@@ -46,12 +46,12 @@ class Reaction:
         return self.cycles * cycle_ms
 
 
-def reaction(pace: Pace, commands: int = 1, processes: int = 1) -> Reaction:
-    """The worst reaction of a guard with so many commands, for an arrangement of so many processes, when nobody else's
+def reaction(pace: Pace, commands: int = 1, processes: int = 1) -> ReactionTime:
+    """The worst reaction of a guard with so many commands, for an arrangement of so many processes, when no other
     commands wait and no frame is missed.
     """
     if min(pace.every, pace.looks, commands, processes) < 1:
         raise ValueError("all of these are at least 1")
     handed_over = pace.every * pace.looks
     others = processes - 1
-    return Reaction(handed_over + commands + others, handed_over + 1 + others, pace.looks)
+    return ReactionTime(handed_over + commands + others, handed_over + 1 + others, pace.looks)

@@ -13,10 +13,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from llfsm_verify.testing.run import Run, RunFailed, Stretch
+    from llfsm_verify.testing.run import Run, RunFailed
     from llfsm_verify.testing.stateful import ArrangementStateMachine
     from llfsm_verify.testing.strategies import input_sequences, inputs, runs
-    from llfsm_verify.testing.subject import Subject, UntestedWarning, load
+    from llfsm_verify.testing.stretches import Stretch
+    from llfsm_verify.testing.subject import Subject, load
+    from llfsm_verify.testing.tested import UntestedWarning
 
 __all__ = [
     "ArrangementStateMachine",
@@ -35,9 +37,9 @@ _MODULES = {
     "ArrangementStateMachine": "stateful",
     "Run": "run",
     "RunFailed": "run",
-    "Stretch": "run",
+    "Stretch": "stretches",
     "Subject": "subject",
-    "UntestedWarning": "subject",
+    "UntestedWarning": "tested",
     "input_sequences": "strategies",
     "inputs": "strategies",
     "load": "subject",

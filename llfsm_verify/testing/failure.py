@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.checking.replay.confirm import first_letter, perform
+from llfsm_verify.checking.replay.confirm import Disagreement, Schedule, first_letter, perform
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.diagnostics import Disagreement, counted
+from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.saving import SUFFIX, document_of, saved_text, write_traces
 from llfsm_verify.report.tracefile import SavedProperty
 from llfsm_verify.report.wording import asked_text
 from llfsm_verify.testing.saving import keep_trace
+from llfsm_verify.testing.stretches import Failure
+from llfsm_verify.testing.tested import Tested
 from llfsm_verify.verification.replaying import Replay, replay
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
-
-    from llfsm_verify.testing.run import Run
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,23 +39,20 @@ class Finding:
         return self.what.name if isinstance(self.what, Property) else f"fault-{self.what.code}"
 
 
-def findings(run: Run) -> tuple[Finding, ...]:
-    """Every failure of the run, confirmed by `checking.replay.saved`. Disagreement: that does not confirm it."""
-    failure = run.failure
-    if failure is None:
-        return ()
+def findings(subject: Tested, failure: Failure, schedule: Schedule) -> tuple[Finding, ...]:
+    """Every failure of a run, confirmed by `checking.replay.saved`. Disagreement: that does not confirm it."""
     if failure.fault is not None:
         site = failure.fault
-        again = replay(run.subject.arrangement, PropertySet(), run.schedule, (site.code, site.message))
+        again = replay(subject.arrangement, PropertySet(), schedule, (site.code, site.message))
         if again.outcome != "fails" or again.trace is None:
             raise Disagreement(f"the fault {site.code} of a run does not happen again: {again.reason}")
         return (Finding(site, again.trace),)
-    return tuple(_violation(run, line) for line in failure.violated)
+    return tuple(_violation(subject, schedule, line) for line in failure.violated)
 
 
-def _violation(run: Run, line: Property) -> Finding:
-    assumptions = run.subject.properties.assumptions
-    again = replay(run.subject.arrangement, PropertySet((*assumptions, line)), run.schedule)
+def _violation(subject: Tested, schedule: Schedule, line: Property) -> Finding:
+    assumptions = subject.properties.assumptions
+    again = replay(subject.arrangement, PropertySet((*assumptions, line)), schedule)
     if again.trace is None:
         raise Disagreement(f"the run that violates {line.name} cannot be performed again: {again.reason}")
     return Finding(line, again.trace, _note(again, line, bool(assumptions)))
@@ -71,31 +68,27 @@ def _note(again: Replay, line: Property, assumed: bool) -> str | None:
     return "no run that goes on like this satisfies the property and the assumptions; without these one may"
 
 
-def trace_of(run: Run) -> Trace:
-    """The run's trace: of its first failure, or with every atom."""
-    if run.findings:
-        return run.findings[0].trace
-    execution, schedule = run.subject.execution, run.schedule
-    return perform(execution, schedule, first_letter(execution, schedule)).trace
+def trace_of(subject: Tested, schedule: Schedule) -> Trace:
+    """The trace of a run that has not failed, with every atom."""
+    return perform(subject.execution, schedule, first_letter(subject.execution, schedule)).trace
 
 
-def report_of(run: Run) -> str:
-    """The failure in words, its steps, and a program that repeats it."""
+def failure_text(subject: Tested, failure: Failure | None, found: Sequence[Finding]) -> str:
+    """The failure of a run in words, with the steps that lead to it."""
     from llfsm_verify.report.plain import plain_text
 
-    size = f"{counted(run.steps, 'step')}, {counted(run.changes, 'change')} of inputs"
-    return "\n".join([plain_text(_shown(run)), f"{size}. The same run again:\n", run.program()])
+    return plain_text(_shown(subject, failure, found))
 
 
-def _shown(run: Run) -> Iterator[RenderableType]:
+def _shown(subject: Tested, failure: Failure | None, found: Sequence[Finding]) -> Iterator[RenderableType]:
     from rich.text import Text
 
     from llfsm_verify.report.text import fault_place, trace_text
 
-    for finding in run.findings:
+    for finding in found:
         if isinstance(finding.what, Property):
             line = finding.what
-            assuming = ", ".join(p.name for p in run.subject.properties.assumptions)
+            assuming = ", ".join(p.name for p in subject.properties.assumptions)
             given = f" (assuming {assuming})" if assuming else ""
             asked = asked_text(line.kind, line.text)
             yield Text(f"{line.name} is violated{given}: {asked}")
@@ -104,34 +97,36 @@ def _shown(run: Run) -> Iterator[RenderableType]:
         yield from trace_text(finding.trace)
         if finding.note is not None:
             yield Text(f"Note: {finding.note}.")
-    if run.failure is not None and not run.findings:
-        yield Text(run.failure.text)
+    if failure is not None and not found:
+        yield Text(failure.text)
 
 
-def save(run: Run, directory: Path, name: str | None) -> list[Path]:
-    """See `Run.save`."""
-    subject = run.subject
-    if run.failure is not None:
-        found = [finding for finding in run.findings if finding.note is None]
-    elif name in subject.tested:
-        line = subject.tested[name]
-        again = replay(subject.arrangement, PropertySet((*subject.properties.assumptions, line)), run.schedule)
-        if again.outcome != "passes" or again.trace is None:
-            raise Disagreement(f"a monitor says that the run does not violate {name}, and replay: {again.reason}")
-        found = [Finding(line, again.trace)]
-    else:
-        raise ValueError(f"a run that has not failed is saved for one of: {', '.join(subject.tested) or 'none'}")
-    documents = []
-    for finding in found:
-        what = finding.what
-        saved: SavedProperty | FaultSite = what if isinstance(what, FaultSite) else _saved(what, directory)
-        text = document_of(finding.trace, subject.arrangement, saved, subject.properties, directory, "holds")
-        documents.append((finding.name, saved, text))
+def save_failure(subject: Tested, found: Sequence[Finding], directory: Path) -> list[Path]:
+    """The trace files of a run that failed (`Run.save`)."""
     arrangement = subject.arrangement
-    if run.failure is not None and Path(arrangement.path).is_file():
-        kept = [keep_trace(directory, *document, arrangement, load_arrangement) for document in documents]
-        return [path for path, _ in kept]
+    documents = [_document(subject, finding, directory) for finding in found if finding.note is None]
+    if Path(arrangement.path).is_file():
+        return [keep_trace(directory, *document, arrangement, load_arrangement)[0] for document in documents]
     return write_traces([(directory / f"{name}{SUFFIX}", text) for name, _, text in documents], directory)
+
+
+def save_passed(subject: Tested, schedule: Schedule, directory: Path, name: str | None) -> list[Path]:
+    """The trace file of a run that has not failed, about the tested property of that name (`Run.save`)."""
+    if name not in subject.tested:
+        raise ValueError(f"a run that has not failed is saved for one of: {', '.join(subject.tested) or 'none'}")
+    line = subject.tested[name]
+    again = replay(subject.arrangement, PropertySet((*subject.properties.assumptions, line)), schedule)
+    if again.outcome != "passes" or again.trace is None:
+        raise Disagreement(f"a monitor says that the run does not violate {name}, and replay: {again.reason}")
+    _, _, text = _document(subject, Finding(line, again.trace), directory)
+    return write_traces([(directory / f"{name}{SUFFIX}", text)], directory)
+
+
+def _document(subject: Tested, finding: Finding, directory: Path) -> tuple[str, SavedProperty | FaultSite, str]:
+    what = finding.what
+    saved: SavedProperty | FaultSite = what if isinstance(what, FaultSite) else _saved(what, directory)
+    text = document_of(finding.trace, subject.arrangement, saved, subject.properties, directory, "holds")
+    return finding.name, saved, text
 
 
 def _saved(line: Property, directory: Path) -> SavedProperty:

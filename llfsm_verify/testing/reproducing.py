@@ -2,37 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.logic.reading import names_file
 from llfsm_verify.program.moves import Move
+from llfsm_verify.testing.stretches import Stretch, Taken
+from llfsm_verify.testing.tested import Tested
 from llfsm_verify.values import Shown
 
-if TYPE_CHECKING:
-    from llfsm_verify.testing.run import Run, Stretch
 
-
-def schedule_of(run: Run) -> Schedule:
-    """The run as a schedule, made by stepping it once more."""
-    subject = run.subject
-    simulation = subject.simulation.anew(free=run.free)
-    free = subject.execution.free(simulation.record)
+def schedule_of(subject: Tested, free: Mapping[str, Shown], taken: Sequence[Taken], end: bytes) -> Schedule:
+    """The run that ends in the configuration `end` as a schedule, made by stepping it once more."""
+    simulation = subject.simulation.anew(free=free)
+    chosen = subject.execution.free(simulation.record)
     moves: list[Move] = []
     turn = 0
     count = len(subject.program.processes)
     names = [p.name for p in subject.program.processes]
     record = simulation.record
-    for taken in run.taken:
-        for number in range(taken.ringlets):
-            values = {**taken.inputs, **(taken.stretch.reads if number == 0 else {})}
+    for part in taken:
+        for number in range(part.ringlets):
+            values = {**part.inputs, **(part.stretch.reads if number == 0 else {})}
             choices = simulation.choices(values)
             enabled = subject.execution.enabled(record)
             process = None
-            if enabled and taken.stretch.process is not None:
-                process = names.index(taken.stretch.process)
+            if enabled and part.stretch.process is not None:
+                process = names.index(part.stretch.process)
             elif enabled:
                 process = min(enabled, key=lambda p: (p - turn) % count)
             moves.append(Move(process, choices))
@@ -40,21 +38,19 @@ def schedule_of(run: Run) -> Schedule:
             record = result.record
             if process is not None and not result.status:
                 turn = (process + 1) % count
-    assert record == run.simulation.record, "the run is told as it was"
-    return Schedule(free, tuple(moves), None)
+    assert record == end, "the run is told as it was"
+    return Schedule(chosen, tuple(moves), None)
 
 
-def plainly(run: Run) -> list[Stretch]:
+def plainly(subject: Tested, taken: Sequence[Taken]) -> list[Stretch]:
     """The same run in as few stretches as possible, each with the inputs that it really changes."""
-    now: dict[str, Shown] = {name: knob.shown(knob.start) for name, knob in run.subject.knobs.items()}
+    now: dict[str, Shown] = {name: knob.shown(knob.start) for name, knob in subject.knobs.items()}
     found: list[Stretch] = []
-    for taken in run.taken:
-        if not taken.ringlets:
+    for part in taken:
+        if not part.ringlets:
             continue
-        one = replace(
-            taken.stretch, changes={name: value for name, value in taken.inputs.items() if now[name] != value}
-        )
-        now = dict(taken.inputs)
+        one = replace(part.stretch, changes={name: value for name, value in part.inputs.items() if now[name] != value})
+        now = dict(part.inputs)
         last = found[-1] if found else None
         if last is not None and not (one.changes or one.reads) and (last.unit, last.process) == (one.unit, one.process):
             found[-1] = last.of(last.turns + one.turns)
@@ -63,22 +59,21 @@ def plainly(run: Run) -> list[Stretch]:
     return found
 
 
-def program_of(run: Run) -> str:
+def program_of(subject: Tested, free: Mapping[str, Shown], stretches: Sequence[Stretch]) -> str:
     """Python text that makes the run anew and, when it failed, fails again."""
-    subject = run.subject
-    properties = _properties_text(run)
+    properties = _properties_text(subject)
     lines: list[str] = []
     given = f", {properties}" if properties else ""
     lines.append(f"subject = load({subject.arrangement.path!r}{given})")
-    lines.append(f"run = subject.start({dict(run.free)!r})" if run.free else "run = subject.start()")
-    lines += [f"run.{stretch.unit}({stretch.arguments})" for stretch in run.stretches]
+    lines.append(f"run = subject.start({dict(free)!r})" if free else "run = subject.start()")
+    lines += [f"run.{stretch.unit}({stretch.arguments})" for stretch in stretches]
     imports = ["from decimal import Decimal", ""] if any("Decimal(" in line for line in lines) else []
     return "\n".join([*imports, "from llfsm_verify.testing import load", "", *lines]) + "\n"
 
 
-def _properties_text(run: Run) -> str:
+def _properties_text(subject: Tested) -> str:
     """The properties as an argument of `load`: their files, or their lines."""
-    given = run.subject.given
+    given = subject.given
     words = [repr(Path(p).as_posix()) if names_file(p) else _quoted(str(p)) for p in given]
     if not words:
         return ""

@@ -3,103 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NoReturn
 
-from llfsm_verify.checking.replay.confirm import Schedule
-from llfsm_verify.diagnostics import Disagreement
-from llfsm_verify.logic.properties import Property
+from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
+from llfsm_verify.diagnostics import Disagreement, counted
 from llfsm_verify.monitoring.states import MonitorVerdict
-from llfsm_verify.program.program import FaultSite
 from llfsm_verify.runtime.stepping.monitored import FOR_EVER
 from llfsm_verify.runtime.stepping.simulation import SimulationFault, SimulationOverflow
+from llfsm_verify.testing.stretches import Failure, Stretch, Taken
+from llfsm_verify.testing.tested import Tested
 from llfsm_verify.values import Shown
 
 if TYPE_CHECKING:
     from llfsm_verify.checking.trace import Trace
     from llfsm_verify.testing.failure import Finding
-    from llfsm_verify.testing.subject import Subject
-
-
-@dataclass(frozen=True, slots=True, repr=False)
-class Stretch:
-    """Some inputs change, then all keep their values for a number of ringlets or of cycles.
-
-    Exactly one of `ringlets` and `cycles` is given. `changes`: inputs, and ages of untimed states, by name. `reads`: in
-    the first ringlet, single reads of inputs (`snapshot: none`) by the names of their choices. `process`: it alone
-    takes the turns; otherwise the processes go round. A stretch ends with its process, or behind the first
-    stuttering step of an arrangement that ends meanwhile.
-    """
-
-    changes: Mapping[str, Shown] = field(default_factory=dict)
-    ringlets: int | None = None
-    cycles: int | None = None
-    process: str | None = None
-    reads: Mapping[str, Shown] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        count = self.cycles if self.ringlets is None else self.ringlets
-        if count is None or (self.ringlets is not None and self.cycles is not None) or count < 0:
-            raise ValueError("a stretch has a number of ringlets, or of cycles, and not both")
-
-    @property
-    def arguments(self) -> str:
-        """What `Run.ringlets` and `Run.cycles` take, as Python text: the number first."""
-        words = [str(self.turns)]
-        words += [repr(dict(self.changes))] if self.changes else []
-        words += [f"process={self.process!r}"] if self.process is not None else []
-        words += [f"reads={dict(self.reads)!r}"] if self.reads else []
-        return ", ".join(words)
-
-    @property
-    def turns(self) -> int:
-        """Its number of ringlets or cycles."""
-        return (self.cycles or 0) if self.ringlets is None else self.ringlets
-
-    def of(self, turns: int) -> Stretch:
-        """The same for another number of ringlets or cycles."""
-        return replace(self, cycles=turns) if self.ringlets is None else replace(self, ringlets=turns)
-
-    @property
-    def unit(self) -> str:
-        return "cycles" if self.ringlets is None else "ringlets"
-
-    def __repr__(self) -> str:
-        words = [repr(dict(self.changes))] if self.changes else []
-        words.append(f"{self.unit}={self.turns}")
-        words += [f"process={self.process!r}"] if self.process is not None else []
-        words += [f"reads={dict(self.reads)!r}"] if self.reads else []
-        return f"Stretch({', '.join(words)})"
-
-
-@dataclass(frozen=True, slots=True)
-class Taken:
-    """A stretch as far as it was performed: in how many ringlets (one that faulted included), with which inputs."""
-
-    stretch: Stretch
-    ringlets: int
-    inputs: Mapping[str, Shown]
-
-
-@dataclass(frozen=True, slots=True)
-class Failure:
-    """Why a run failed: properties whose monitors are certain, or a fault, or (neither) a value that left 64 bits."""
-
-    violated: tuple[Property, ...]
-    fault: FaultSite | None
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The violated properties."""
-        return tuple(line.name for line in self.violated)
-
-    @property
-    def text(self) -> str:
-        if self.violated:
-            return f"{', '.join(self.names)} violated"
-        return "an integer left 64 bits: what holds is unknown" if self.fault is None else self.fault.message
 
 
 class RunFailed(AssertionError):
@@ -125,7 +45,7 @@ class Run:
     that has failed goes no further.
     """
 
-    def __init__(self, subject: Subject, free: Mapping[str, Shown]) -> None:
+    def __init__(self, subject: Tested, free: Mapping[str, Shown]) -> None:
         """Raises RunFailed when the first configuration violates a property; ValueError: wrong `free`."""
         self.subject = subject
         self.free = dict(free)
@@ -152,7 +72,7 @@ class Run:
         """The run in as few stretches as possible, each with the inputs that it really changes."""
         from llfsm_verify.testing.reproducing import plainly
 
-        return tuple(plainly(self))
+        return tuple(plainly(self.subject, self.taken))
 
     # ------------------------------------------------------------ going on
 
@@ -264,7 +184,7 @@ class Run:
         """The whole run as the executor is told it: each ringlet's process, and a value for every choice."""
         from llfsm_verify.testing.reproducing import schedule_of
 
-        return schedule_of(self)
+        return schedule_of(self.subject, self.free, self.taken, self.simulation.record)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -272,17 +192,21 @@ class Run:
 
         Raises Disagreement when the second evaluation does not confirm what the monitor says.
         """
+        if self.failure is None:
+            return ()
         if self._findings is None:
             from llfsm_verify.testing.failure import findings
 
-            self._findings = findings(self)
+            self._findings = findings(self.subject, self.failure, self.schedule)
         return self._findings
 
     def trace(self) -> Trace:
         """The run as a value; of one that failed, with the atoms of the first violated property."""
         from llfsm_verify.testing.failure import trace_of
 
-        return trace_of(self)
+        if self.findings:
+            return self.findings[0].trace
+        return trace_of(self.subject, self.schedule)
 
     def table(self) -> str:
         """The steps as `llfsm verify` shows them."""
@@ -295,13 +219,15 @@ class Run:
         """Python text that repeats the run by itself."""
         from llfsm_verify.testing.reproducing import program_of
 
-        return program_of(self)
+        return program_of(self.subject, self.free, self.stretches)
 
     def report(self) -> str:
         """What failed, the table of the steps, and the program. Raises Disagreement as `findings`."""
-        from llfsm_verify.testing.failure import report_of
+        from llfsm_verify.testing.failure import failure_text
 
-        return report_of(self)
+        size = f"{counted(self.steps, 'step')}, {counted(self.changes, 'change')} of inputs"
+        shown = failure_text(self.subject, self.failure, self.findings)
+        return "\n".join([shown, f"{size}. The same run again:\n", self.program()])
 
     def save(self, directory: str | Path, name: str | None = None) -> list[Path]:
         """Write the run as trace files, each with `expect: holds`; returns them.
@@ -311,9 +237,11 @@ class Run:
         `name` says which tested property the file is about. DiagnosticError (E405) when they cannot be written;
         ValueError when there is nothing to write.
         """
-        from llfsm_verify.testing.failure import save
+        from llfsm_verify.testing.failure import save_failure, save_passed
 
-        return save(self, Path(directory), name)
+        if self.failure is not None:
+            return save_failure(self.subject, self.findings, Path(directory))
+        return save_passed(self.subject, self.schedule, Path(directory), name)
 
     def __repr__(self) -> str:
         return f"<run of {self.subject.arrangement.name}: {self.steps} steps, {self.changes} changes>"

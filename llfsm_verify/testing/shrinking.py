@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, pairwise, product
 
-from llfsm_verify.testing.run import Run, RunFailed, Stretch
+from llfsm_verify.testing.run import Run, RunFailed
+from llfsm_verify.testing.stretches import Stretch
 from llfsm_verify.values import Shown
 
 MAX_TRIES = 5_000
@@ -87,7 +88,7 @@ def _failing(run: Run, stretches: Sequence[Stretch]) -> Run | None:
     """A run of these stretches, if it fails as `run` does."""
     assert run.failure is not None
     try:
-        again = run.subject.start(run.free)
+        again = Run(run.subject, run.free)
         for stretch in stretches:
             again.take(stretch)
     except RunFailed as failed:

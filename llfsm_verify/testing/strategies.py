@@ -9,8 +9,10 @@ from itertools import combinations
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.testing.run import Run, RunFailed, Stretch
-from llfsm_verify.testing.subject import Knob, Subject
+from llfsm_verify.testing.run import Run, RunFailed
+from llfsm_verify.testing.stretches import Stretch
+from llfsm_verify.testing.subject import Subject
+from llfsm_verify.testing.tested import Knob, Tested
 from llfsm_verify.testing.wrapped import Wrapper, unwrap
 from llfsm_verify.values import Shown
 
@@ -76,7 +78,7 @@ def runs(
     return run
 
 
-def starts(subject: Subject) -> st.SearchStrategy[dict[str, Shown]]:
+def starts(subject: Tested) -> st.SearchStrategy[dict[str, Shown]]:
     """Values for the inputs that have any value at first and keep it, by name."""
     return st.fixed_dictionaries({name: values(knob) for name, knob in subject.free.items()})
 

@@ -1,225 +1,34 @@
-"""What a random test runs: an arrangement, the monitors of its properties, and what nothing finite can test."""
+"""The front of random tests: an arrangement with properties, from files or from values, and its runs."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.checking.goals.kinds import CHECKED, goals_of
-from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.replay.execution import Execution
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
-from llfsm_verify.logic import codes
-from llfsm_verify.logic.properties import Property, PropertySet, parse_properties
+from llfsm_verify.checking.goals.kinds import CHECKED
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import names_file, read_source
-from llfsm_verify.monitoring.properties import Timing, monitor_properties
-from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
-from llfsm_verify.program.program import Choice, Int
-from llfsm_verify.report.testing_codes import PARTLY, UNTESTED
-from llfsm_verify.runtime.stepping.monitored import MonitoredSimulation
-from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.testing.boundaries import boundaries, longest_wait
+from llfsm_verify.testing.run import Run
+from llfsm_verify.testing.tested import Tested
 from llfsm_verify.testing.wrapped import Wrapper, unwrap
-from llfsm_verify.values import Shown, shown
-
-if TYPE_CHECKING:
-    from llfsm_verify.testing.run import Run
+from llfsm_verify.values import Shown
 
 Asked = str | Path | Sequence[str | Path]
 """Properties: the text of a property file, the path of one (a Path, or a str that ends in `.ltl`), or several."""
 
 
-SMALL = 16
-"""A type with at most so many values is tried whole."""
-
-
-class UntestedWarning(UserWarning):
-    """Properties that random runs cannot find violated, or not every violation of them."""
-
-
-@dataclass(frozen=True, slots=True)
-class Untested:
-    """A property that is not tested, or (`partly`) not every violation of which is; `reason` in words."""
-
-    line: Property
-    reason: str
-    partly: bool
-
-    @property
-    def diagnostic(self) -> Diagnostic:
-        message = f"`{self.line.name}` is tested in part only" if self.partly else f"`{self.line.name}` is not tested"
-        hint = "check it with `llfsm verify`, or do without `strict`"
-        return Diagnostic(PARTLY if self.partly else UNTESTED, f"{message}: {self.reason}", self.line.span, hint=hint)
-
-
-@dataclass(frozen=True, slots=True)
-class Knob:
-    """What a test sets and holds: an input (a scalar of it), or the age of an untimed state.
-
-    `boundaries` are the values around the constants that it is compared with, as numbers. An input that is not sampled
-    once a ringlet has single reads, the `choices`, each of which can have a value of its own. `often`: it may change in
-    every ringlet, not only between cycles. `start` is the `init` of an input, 0 of an age.
-    """
-
-    name: str
-    type: Int
-    labels: tuple[str, ...]
-    start: int
-    boundaries: tuple[int, ...]
-    choices: tuple[str, ...]
-    often: bool
-
-    @property
-    def is_small(self) -> bool:
-        """Its values are so few that each is as likely as another."""
-        return self.type.high - self.type.low < SMALL
-
-    @property
-    def likely(self) -> list[Shown]:
-        """All values of a small type, else those around which something changes; the first one first, then near 0."""
-        found = range(self.type.low, self.type.high + 1) if self.is_small else (self.start, *self.boundaries)
-        return [self.shown(v) for v in sorted(set(found), key=lambda v: (v != self.start, abs(v), v))]
-
-    def shown(self, value: int) -> Shown:
-        """A number as users write it."""
-        return shown(self.type, self.labels, value)
-
-
-class Subject:
-    """An arrangement to be run at random, with the monitors of those of its properties that finite runs can violate.
-
-    Compiled once, when it is first run.
-    """
-
-    def __init__(
-        self,
-        arrangement: Arrangement,
-        properties: PropertySet | None = None,
-        given: Sequence[str | Path] = (),
-    ) -> None:
-        """`given` is what `properties` were read from, for programs that repeat a run.
-
-        Raises DiagnosticError: the properties do not fit the arrangement (E1xx, E33x), or are void (E342, E344).
-        """
-        self.arrangement = arrangement
-        self.properties = properties if properties is not None else PropertySet()
-        self.given = tuple(given) or _written(self.properties)
-        problem = bind(arrangement, self.properties)
-        self.program = lower(arrangement, problem.atoms, keep_all_bits=True)
-        self.tested: dict[str, Property] = {}
-        """By name: the properties whose monitors watch each run."""
-        self.monitors: dict[str, Monitor] = {}
-        """By name: the monitors of `tested`."""
-        self.untested: list[Untested] = []
-        """The others, and those of `tested` that some infinite runs violate without a bad prefix."""
-        timing = Timing(problem.clock)
-        for goal in goals_of(problem):
-            line = goal.line
-            try:
-                monitor = monitor_properties(line, self.properties.assumptions, timing).monitor
-                safe = goal.is_safe()
-            except AutomatonTooLarge as limit:
-                self.untested.append(Untested(line, str(limit), False))
-                continue
-            except DiagnosticError as error:
-                if any(d.code != codes.AUTOMATON_COMPLEMENT for d in error.diagnostics):
-                    raise
-                self.untested.append(Untested(line, error.diagnostics[0].message, False))
-                continue
-            if MonitorVerdict.FALSE not in monitor.verdicts:
-                self.untested.append(Untested(line, "no finite run violates it", False))
-                continue
-            self.tested[line.name], self.monitors[line.name] = line, monitor
-            if not safe:
-                self.untested.append(Untested(line, "not every run that violates it has a finite part that does", True))
-
-    def demand_all(self) -> None:
-        """DiagnosticError (E470, E471) when something is untested."""
-        if self.untested:
-            raise DiagnosticError(one.diagnostic for one in self.untested)
-
-    @property
-    def untested_text(self) -> str:
-        """What is not tested, in a sentence; empty when everything is."""
-        parts: dict[str, list[str]] = {}
-        for one in self.untested:
-            words = f"{'tested in part' if one.partly else 'not tested'} ({one.reason})"
-            parts.setdefault(words, []).append(one.line.name)
-        said = "; ".join(f"{words}: {', '.join(names)}" for words, names in parts.items())
-        return f"{self.arrangement.name}: {said}. `llfsm verify` decides them." if said else ""
-
-    # ------------------------------------------------------------ running
+class Subject(Tested):
+    """An arrangement to be run at random, with monitors of its properties; compiled once, when it is first run."""
 
     def start(self, free: Mapping[str, Shown] | None = None) -> Run:
         """A new run, at the beginning. `free` gives values to inputs that never change and have no `init`.
 
         Raises RunFailed when the first configuration already violates a property, ValueError for wrong `free`.
         """
-        from llfsm_verify.testing.run import Run
-
         return Run(self, dict(free or {}))
-
-    @cached_property
-    def simulation(self) -> MonitoredSimulation:
-        """The simulation that runs are made `anew` from."""
-        return MonitoredSimulation(self.program, self.monitors)
-
-    @cached_property
-    def execution(self) -> Execution:
-        """What shows runs that do not fail."""
-        return Execution(self.program)
-
-    # ------------------------------------------------------------ what can be set
-
-    @cached_property
-    def knobs(self) -> Mapping[str, Knob]:
-        """What a test may change, by name."""
-        near = boundaries(self.program)
-        inits = {i.name: i.init for i in self.program.inputs}
-        stored = {v.name: v.init for v in self.program.vars if v.origin.kind == "input" and isinstance(v.init, int)}
-        grouped: dict[str, list[Choice]] = {}
-        for choice in self.program.choices:
-            grouped.setdefault(choice.source, []).append(choice)
-        knobs = {}
-        for name, choices in grouped.items():
-            one = choices[0]
-            start = inits[name] if name in inits else stored[name] if one.input else one.type.low
-            names = tuple(c.name for c in choices if c.name != name)
-            knobs[name] = Knob(name, one.type, one.labels, start, near[name], names, name in inits)
-        return knobs
-
-    @cached_property
-    def free(self) -> Mapping[str, Knob]:
-        """Inputs that have any value at first and keep it."""
-        near = boundaries(self.program)
-        found = {}
-        for v in self.program.vars:
-            if v.free:
-                assert isinstance(v.type, Int), "inputs are bounded"
-                assert isinstance(v.init, int), "inputs are scalars here"
-                found[v.name] = Knob(v.name, v.type, v.origin.labels, v.init, near[v.name], (), False)
-        return found
-
-    @property
-    def by_cycle(self) -> bool:
-        """Nothing that a test sets matters between two ends of cycles: stretches count cycles."""
-        return len(self.program.processes) == 1 and not any(k.often for k in self.knobs.values())
-
-    @property
-    def cycle_length(self) -> int:
-        """Ringlets in a cycle of all processes together, at most."""
-        return len(self.program.slots)
-
-    @cached_property
-    def longest(self) -> int:
-        """Cycles in a stretch, at most."""
-        return longest_wait(self.program)
 
 
 def load(arrangement: str | Path | Arrangement | Wrapper, properties: Asked = ()) -> Subject:
@@ -236,16 +45,6 @@ def load(arrangement: str | Path | Arrangement | Wrapper, properties: Asked = ()
     given = [properties] if isinstance(properties, (str, Path)) else list(properties)
     sources = [read_source(p) if names_file(p) else Source("properties", str(p)) for p in given]
     return Subject(found, parse_properties(sources, features=CHECKED), given)
-
-
-def _written(properties: PropertySet) -> tuple[str, ...]:
-    """The lines of properties as texts that can be read again, one for each syntax."""
-    texts: dict[str, list[str]] = {}
-    for p in properties:
-        kind = "" if p.kind == "ltl" else f"{p.kind} "
-        header = [] if p.syntax == "llfsm" else [f"# syntax: {p.syntax}"]
-        texts.setdefault(p.syntax, header).append(f"{kind}{p.name}: {p.text}")
-    return tuple("\n".join(lines) for lines in texts.values())
 
 
 def found_beside(path: str | Path, folder: Path) -> str:
