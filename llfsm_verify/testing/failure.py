@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.checking.replay.confirm import Disagreement, Schedule, first_letter, perform
+from llfsm_verify.checking.replay.confirm import Schedule, first_letter, perform
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.logic.properties import Property, PropertySet

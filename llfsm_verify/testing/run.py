@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NoReturn
 
-from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
+from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.diagnostics import Disagreement, counted
 from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.runtime.stepping.monitored import FOR_EVER
