@@ -167,7 +167,8 @@ def _prove(options: Namespace, made: Guarded, properties: PropertySet) -> int:
 
 
 def _proved(found: Sequence[PropertyResult]) -> list[str]:
-    from llfsm_verify.report.wording import asked_text, name_cell
+    from llfsm_verify.logic.properties import asked_text
+    from llfsm_verify.report.wording import name_cell
 
     width = max(len(name_cell(p.name)) for p in found)
     return [f"proved  {name_cell(p.name):<{width}}  {asked_text(p.kind, p.text)}\n" for p in found]

@@ -12,7 +12,13 @@ from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.report.saving import save_traces
 from llfsm_verify.report.schema import load
-from llfsm_verify.report.tracefile import DETAILED_STEPS, SavedProperty, profile_words, read_trace_file, trace_document
+from llfsm_verify.verification.tracefile import (
+    DETAILED_STEPS,
+    SavedProperty,
+    profile_words,
+    read_trace_file,
+    trace_document,
+)
 from tests.report.results import ALL, BAD, FAULT, LASSO, PATH, SITE, result, step
 
 LIGHTS = load_arrangement("models/traffic_lights/arrangement.yaml")
