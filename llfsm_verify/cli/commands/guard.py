@@ -144,7 +144,7 @@ def _prove(options: Namespace, made: Guarded, properties: PropertySet) -> int:
     from llfsm_verify.checking.verdict import Options
     from llfsm_verify.guarding.proof import prove
     from llfsm_verify.limits import Budget, Limits
-    from llfsm_verify.report.formats import RESULTS, Style
+    from llfsm_verify.report.formats import REPORTS, Style
 
     limits = Limits(options.max_states, options.memory, options.timeout)
     budget = Budget(limits)
@@ -160,7 +160,7 @@ def _prove(options: Namespace, made: Guarded, properties: PropertySet) -> int:
         output.plain(f"\nwhatever these machines do: {', '.join(proof.machines)}\n")
         output.plain(_transparent(made, budget))
         return 0
-    output.write(RESULTS.load("text")(proof.result, proof.arrangement, Style(quiet=options.quiet)))
+    output.write(REPORTS.result.load("text")(proof.result, proof.arrangement, Style(quiet=options.quiet)))
     for reason in proof.reasons:
         output.plain(f"{reason}.\n")
     return proof.exit_code
