@@ -11,7 +11,7 @@ from llfsm_verify.arrangement import load_arrangement_text
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.fileformat import FORMAT, judge_format
 from llfsm_verify.logic.properties import parse_properties
-from llfsm_verify.report.tracefile import read_trace_file
+from llfsm_verify.verification.tracefile import read_trace_file
 
 MACHINE = "{machine: M, %s, states: [{name: A}]}"
 

@@ -14,7 +14,7 @@ from llfsm_verify.kripke.export.formats import STRUCTURES
 from llfsm_verify.logic.syntax_names import TABLES
 from llfsm_verify.registry import Entry, Registry, Unregistered
 from llfsm_verify.report.drawing.formats import DRAWINGS, PICTURES
-from llfsm_verify.report.formats import LINT, QUERIES, RESULTS
+from llfsm_verify.report.formats import REPORTS
 from llfsm_verify.report.schemas import SCHEMAS
 from llfsm_verify.runtime.ports.kinds import PORTS
 from llfsm_verify.verification.engines import ENGINES, FEATURES, GROUP, EngineEntry, Engines, Turn, table
@@ -22,9 +22,11 @@ from llfsm_verify.verification.portfolio import stages_of
 from tests.cli.running import LIGHTS, llfsm
 
 ALL: dict[str, Registry[object]] = {
-    "arrangements": ARRANGEMENTS, "drawings": DRAWINGS, "engines": ENGINES, "lint": LINT, "machines": MACHINES,
-    "models": MODELS, "ports": PORTS, "queries": QUERIES, "results": RESULTS, "schemas": SCHEMAS,
-    "structures": STRUCTURES, "pictures": PICTURES, "syntaxes": TABLES, "policies": POLICIES, "writers": WRITERS,
+    "arrangements": ARRANGEMENTS, "drawings": DRAWINGS, "engines": ENGINES, "lint": REPORTS.lint, "machines": MACHINES,
+    "models": MODELS, "ports": PORTS, "access": REPORTS.access,
+    "queries": REPORTS.query, "results": REPORTS.result, "schemas": SCHEMAS,
+    "structures": STRUCTURES, "pictures": PICTURES, "syntaxes": TABLES, "policies": POLICIES,
+    "writers": WRITERS,
 }  # fmt: skip
 
 
@@ -45,8 +47,8 @@ def test_who_asks_for_another_is_told_what_there_is(registry: str) -> None:
 @pytest.mark.parametrize(
     ("command", "option", "names"),
     [
-        ("verify", "--engine", ENGINES), ("verify", "--format", RESULTS), ("lint", "--format", LINT),
-        ("query", "--format", QUERIES), ("query", "--engine", ENGINES), ("draw", "--format", DRAWINGS),
+        ("verify", "--engine", ENGINES), ("verify", "--format", REPORTS.result), ("lint", "--format", REPORTS.lint),
+        ("query", "--format", REPORTS.query), ("query", "--engine", ENGINES), ("draw", "--format", DRAWINGS),
         ("kripke", "--format", [*STRUCTURES, *PICTURES, *MODELS]), ("verify", "--syntax", ["llfsm", *TABLES]),
     ],
 )  # fmt: skip

@@ -14,8 +14,8 @@ from llfsm_verify.api.traces import RunView, TraceView
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.report.replaying import Replayed
 from llfsm_verify.verification.query import QueryResult
+from llfsm_verify.verification.trace_replay import Replayed
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

@@ -45,13 +45,13 @@ from llfsm_verify.report.drawing.codes import NO_LIBRARY
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.drawing.graph import Graph, summarise
-from llfsm_verify.report.replaying import replay_file
 from llfsm_verify.runtime.stepping.drawing import drawing_of
 from llfsm_verify.runtime.stepping.random_run import RandomRun, Script, input_problem
 from llfsm_verify.runtime.stepping.simulation import Simulation
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.verification.engines import DEFAULT_ENGINE
 from llfsm_verify.verification.query import ask, parse_query
+from llfsm_verify.verification.trace_replay import replay_file
 from llfsm_verify.verification.verify import verify
 
 if TYPE_CHECKING:

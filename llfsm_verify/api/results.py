@@ -15,11 +15,11 @@ from llfsm_verify.checking.vacuity import Vacuity
 from llfsm_verify.checking.verdict import FaultFinding, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.logic.properties import PropertySet, asked_text
 from llfsm_verify.program.program import FaultSite
-from llfsm_verify.report.formats import RESULTS, Style, Written
+from llfsm_verify.report.formats import REPORTS, Style, Written
 from llfsm_verify.report.json import result_json, result_object
-from llfsm_verify.report.wording import asked_text, vacuity_texts, verdict_text
+from llfsm_verify.report.wording import vacuity_texts, verdict_text
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -141,7 +141,7 @@ class CheckResult:
 
     def report(self, name: str) -> str:
         """The report of this format of the command line: text, json, junit, sarif. ValueError: there is none such."""
-        written: Written = RESULTS.load(name)(self.wrapped, self._arrangement, Style())
+        written: Written = REPORTS.result.load(name)(self.wrapped, self._arrangement, Style())
         return written if isinstance(written, str) else text_of(written)
 
 

@@ -142,21 +142,14 @@ def report_failure(error: Exception, options: Namespace, of: str = "") -> int:
 def _bad_input(options: Namespace, diagnostics: Sequence[Diagnostic]) -> int:
     """Say what is wrong with the files: to people on standard error, to programs that asked for JSON also as that."""
     from llfsm_verify.cli.kinds import by_kind
+    from llfsm_verify.report.formats import REPORTS
 
     diagnostics = by_kind(diagnostics, options)
     for diagnostic in diagnostics:
         print(diagnostic.render(), file=sys.stderr)
-    wanted, text = getattr(options, "format", None), ""
-    if wanted == "json":
-        from llfsm_verify.report.json import failure_json
-
-        text = failure_json(diagnostics, BAD_INPUT) + "\n"
-    elif wanted == "sarif":
-        from llfsm_verify.report.sarif.results import failure_sarif
-
-        text = failure_sarif(diagnostics, BAD_INPUT) + "\n"
-    if text:
-        _write(text)
+    failed = REPORTS.failed(getattr(options, "format", None))
+    if failed is not None:
+        _write(failed(diagnostics, BAD_INPUT) + "\n")
     return BAD_INPUT
 
 

@@ -16,7 +16,7 @@ from llfsm_verify.cli.common_arguments import (
 from llfsm_verify.cli.engine_options import engine_options
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
-from llfsm_verify.report.formats import LINT, QUERIES
+from llfsm_verify.report.formats import REPORTS
 
 LINT_EXIT_CODES = (
     "exit codes: 0 no warnings (notes do not count), 1 warnings, 2 wrong usage, 3 input files wrong or unreadable, "
@@ -41,7 +41,7 @@ def lint_arguments(parser: Parser) -> None:
     arrangement(parser)
     property_files(parser, "property files: variables that they read count as read")
     property_lines(parser)
-    add("--format", choices=LINT, default="text", help="how to report (default: %(default)s)")
+    add("--format", choices=REPORTS.lint, default="text", help="how to report (default: %(default)s)")
     add("--local", action="store_true", help="use only proofs about single turns, and do not explore configurations")
     max_states(parser, "end the exploration after N configurations (default: 10^6)")
     memory_and_timeout(parser)
@@ -63,7 +63,7 @@ def query_arguments(parser: Parser) -> None:
     syntax(parser)
     engine(parser)
     engine_options(parser, UnrolledOptions.OPTIONS)
-    add("--format", choices=QUERIES, default="text", help="how to report (default: %(default)s)")
+    add("--format", choices=REPORTS.query, default="text", help="how to report (default: %(default)s)")
     add("--save", metavar="FILE", help="save the run there, for llfsm replay")
     max_states(parser)
     memory_and_timeout(parser)

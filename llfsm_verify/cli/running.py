@@ -18,6 +18,7 @@ from llfsm_verify.cli.common_arguments import (
     repeatable,
 )
 from llfsm_verify.cli.parser import Parser
+from llfsm_verify.report.formats import REPORTS
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.runtime.debugging.kept import MOST_STEPS
 from llfsm_verify.runtime.deciding.logs.formats import LOGS
@@ -284,7 +285,7 @@ def access_arguments(parser: Parser) -> None:
         "exit codes: 0 listed, 2 wrong usage, 3 files wrong or unreadable, or the drawing cannot be written",
     )
     parser.add_argument("arrangement", metavar="ARRANGEMENT", help=ARRANGEMENT)
-    parser.add_argument("--format", choices=("text", "json"), default="text", help="(default: %(default)s)")
+    parser.add_argument("--format", choices=REPORTS.access, default="text", help="(default: %(default)s)")
     parser.add_argument("--draw", metavar="FILE", help="draw it instead; the name ends in .svg, .png, .dot or .mmd")
 
 

@@ -20,7 +20,7 @@ from llfsm_verify.cli.common_arguments import (
 )
 from llfsm_verify.cli.engine_options import engine_options
 from llfsm_verify.cli.parser import Parser
-from llfsm_verify.report.formats import RESULTS
+from llfsm_verify.report.formats import REPORTS
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.verification.engines import ENGINES
 
@@ -64,7 +64,7 @@ def _search(group: Group) -> None:
 
 def _report(group: Group) -> None:
     add = group.add_argument
-    add("--format", choices=RESULTS, default="text", help="how to report (default: %(default)s)")
+    add("--format", choices=REPORTS.result, default="text", help="how to report (default: %(default)s)")
     add("--all", metavar="N", type=positive, default=1, help="N different counterexamples to each violated property")
     all_steps(group)
     add("-q", "--quiet", action="store_true", help="print only the verdicts")

@@ -325,3 +325,8 @@ def _duplicate(line: Line, span: Span, first: Span, first_named: bool) -> Diagno
     return Diagnostic(
         codes.DUPLICATE_NAME, message, span, (f"the other one is at {first}",), hint="write `NAME:` before the formula"
     )
+
+
+def asked_text(kind: str, text: str) -> str:
+    """A property as it was written, without its name: `forbid a b`, never `a b`, which would say the contrary."""
+    return text if kind == "ltl" else f"{kind} {text}"

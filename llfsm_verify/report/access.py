@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -45,6 +46,11 @@ def rights(arrangement: Arrangement) -> tuple[Right, ...]:
                 may = access is None or access.may_command(machine.name, kind, target.name)
                 found.append(Right(machine.name, kind, target.name, may, (kind, target.name) in given))
     return tuple(found)
+
+
+def report_json(arrangement: Arrangement, digest: str) -> str:
+    """The same as text."""
+    return json.dumps(access_json(arrangement, digest), indent=2) + "\n"
 
 
 def access_json(arrangement: Arrangement, digest: str) -> dict[str, Json]:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, cast
 
-from llfsm_verify.registry import Entry, Registry
+from llfsm_verify.registry import Entry, Registry, at
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from llfsm_verify.analysis.lint.finding import LintResult
     from llfsm_verify.arrangement.model import Arrangement
     from llfsm_verify.checking.verdict import Result
+    from llfsm_verify.diagnostics import Diagnostic
     from llfsm_verify.verification.query import QueryResult
 
 
@@ -36,32 +37,79 @@ class Style:
 Written = str | Iterable["RenderableType"]
 """Text for programs, without a final newline, or what a terminal shows."""
 
-RESULTS: Registry[Callable[[Result, Arrangement, Style], Written]] = Registry(
-    "report format",
-    [
-        Entry("text", "llfsm_verify.report.text:report", "for people"),
-        Entry("json", "llfsm_verify.report.json:report", "one object, schema `result`"),
-        Entry("junit", "llfsm_verify.report.junit:report", "JUnit XML, for continuous integration"),
-        Entry("sarif", "llfsm_verify.report.sarif.results:report", "SARIF 2.1.0, for code hosts"),
-    ],
-)
-"""Of `llfsm verify`."""
+Failed = Callable[[Sequence["Diagnostic"], int], str]
+"""What stands in place of a report when the files are wrong, from diagnostics and the exit code."""
 
-LINT: Registry[Callable[[LintResult, Arrangement, Style], Written]] = Registry(
-    "report format",
-    [
-        Entry("text", "llfsm_verify.report.lint.text:report", "for people"),
-        Entry("json", "llfsm_verify.report.lint.json:report", "one object, schema `lint`"),
-        Entry("sarif", "llfsm_verify.report.lint.json:report_sarif", "SARIF 2.1.0, for code hosts"),
-    ],
-)
-"""Of `llfsm lint`."""
 
-QUERIES: Registry[Callable[[QueryResult, Arrangement, Style], Written]] = Registry(
-    "report format",
-    [
-        Entry("text", "llfsm_verify.report.query:report", "for people"),
-        Entry("json", "llfsm_verify.report.query:report_json", "one object, schema `query`"),
-    ],
-)
-"""Of `llfsm query`."""
+@dataclass(frozen=True, slots=True)
+class ReportEntry(Entry):
+    """A format of a report."""
+
+    failure: str | None = None
+    """The place of what says in this format that the files are wrong (`Failed`); None: people read it on standard
+    error."""
+
+    def failed(self) -> Failed | None:
+        """What is at that place."""
+        return None if self.failure is None else cast(Failed, at(self.failure))
+
+
+@dataclass(frozen=True, slots=True)
+class Reports:
+    """All reports, by what they are about and then by format. What a report gets depends on what it is about."""
+
+    result: Registry[Callable[[Result, Arrangement, Style], Written]]
+    """Of `llfsm verify`."""
+    lint: Registry[Callable[[LintResult, Arrangement, Style], Written]]
+    query: Registry[Callable[[QueryResult, Arrangement, Style], Written]]
+    access: Registry[Callable[[Arrangement, str], str]]
+    """Of `llfsm access`; the second is the digest of the policy."""
+
+    def failed(self, name: str | None) -> Failed | None:
+        """What says that the files are wrong in the format `name`, whatever the command is."""
+        for each in fields(self):
+            entry = getattr(self, each.name).get(name)
+            if isinstance(entry, ReportEntry) and entry.failure is not None:
+                return entry.failed()
+        return None
+
+
+REPORTS = Reports(
+    result=Registry(
+        "report format",
+        [
+            ReportEntry("text", "llfsm_verify.report.text:report", "for people"),
+            ReportEntry(
+                "json", "llfsm_verify.report.json:report", "one object, schema `result`",
+                failure="llfsm_verify.report.json:failure_json",
+            ),
+            ReportEntry("junit", "llfsm_verify.report.junit:report", "JUnit XML, for continuous integration"),
+            ReportEntry(
+                "sarif", "llfsm_verify.report.sarif.results:report", "SARIF 2.1.0, for code hosts",
+                failure="llfsm_verify.report.sarif.results:failure_sarif",
+            ),
+        ],
+    ),
+    lint=Registry(
+        "report format",
+        [
+            ReportEntry("text", "llfsm_verify.report.lint.text:report", "for people"),
+            ReportEntry("json", "llfsm_verify.report.lint.json:report", "one object, schema `lint`"),
+            ReportEntry("sarif", "llfsm_verify.report.lint.json:report_sarif", "SARIF 2.1.0, for code hosts"),
+        ],
+    ),
+    query=Registry(
+        "report format",
+        [
+            ReportEntry("text", "llfsm_verify.report.query:report", "for people"),
+            ReportEntry("json", "llfsm_verify.report.query:report_json", "one object, schema `query`"),
+        ],
+    ),
+    access=Registry(
+        "report format",
+        [
+            ReportEntry("text", "llfsm_verify.report.access:access_text", "for people"),
+            ReportEntry("json", "llfsm_verify.report.access:report_json", "one object"),
+        ],
+    ),
+)  # fmt: skip

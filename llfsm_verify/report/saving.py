@@ -14,7 +14,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing, special_kind
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.program.program import FaultSite
-from llfsm_verify.report.tracefile import Expected, SavedProperty, may_be_replaced, trace_document
+from llfsm_verify.verification.tracefile import Expected, SavedProperty, may_be_replaced, trace_document
 
 if TYPE_CHECKING:
     from llfsm_verify.verification.differential import EnginesDisagree

@@ -11,6 +11,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic
+from llfsm_verify.logic.properties import asked_text
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.prooftext import proofs_text
@@ -18,7 +19,6 @@ from llfsm_verify.report.steptable import Listed, StepTable
 from llfsm_verify.report.tracewords import sentences
 from llfsm_verify.report.wording import (
     CLAIMED,
-    asked_text,
     attempt_texts,
     ending_text,
     fault_text,

@@ -7,7 +7,7 @@ from pathlib import Path
 from llfsm_verify.arrangement.files import read_source
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing
-from llfsm_verify.report.tracefile import Expected
+from llfsm_verify.verification.tracefile import Expected
 from llfsm_verify.yaml.compose import YamlMapping, YamlScalar, compose
 
 _BOM = b"\xef\xbb\xbf"

@@ -53,11 +53,6 @@ CLAIMED = (
 """What is said of a verdict that `Result.is_claimed`, in a sentence without its full stop."""
 
 
-def asked_text(kind: str, text: str) -> str:
-    """A property as it was written, without its name: `forbid a b`, never `a b`, which would say the contrary."""
-    return text if kind == "ltl" else f"{kind} {text}"
-
-
 def name_cell(name: str) -> str:
     """A name in a table. The middle of a long one is left out, since all rows would be as wide; formats that programs
     read have all of it."""

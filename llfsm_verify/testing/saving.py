@@ -11,9 +11,9 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.files import publish, unfinished
 from llfsm_verify.program.program import FaultSite
-from llfsm_verify.report.replaying import Load, replay_file
 from llfsm_verify.report.saving import SUFFIX, unsaved
-from llfsm_verify.report.tracefile import SavedProperty
+from llfsm_verify.verification.trace_replay import Load, replay_file
+from llfsm_verify.verification.tracefile import SavedProperty
 
 
 def keep_trace(

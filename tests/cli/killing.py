@@ -27,8 +27,9 @@ from llfsm_verify import kept as cache
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.kripke import compiled
-from llfsm_verify.report import replaying, tracefile, updating
+from llfsm_verify.report import updating
 from llfsm_verify.testing.saving import keep_trace
+from llfsm_verify.verification import trace_replay, tracefile
 from tests.quick import examples
 
 FAULTY = "models/traffic_lights/faulty.yaml"
@@ -237,7 +238,7 @@ def main() -> None:
     name, folder = sys.argv[1:]
     root = Path.cwd()
     compiled.kernels().load_all()
-    assert replaying
+    assert trace_replay
     for result in tried(kinds(root)[name], Path(folder).absolute()):
         sys.stdout.write(json.dumps(result) + "\n")
         sys.stdout.flush()

@@ -15,7 +15,6 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import DiagnosticError, Source, Span
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.report.piece import piece_of
-from llfsm_verify.report.replaying import Replayed, replay_file
 from llfsm_verify.runtime.deciding.recordings import check
 from llfsm_verify.runtime.live.plan import plan
 from llfsm_verify.runtime.live.run import Run
@@ -23,6 +22,7 @@ from llfsm_verify.runtime.recording.codes import UNSAVED
 from llfsm_verify.runtime.recording.file import Recorder, Recording
 from llfsm_verify.runtime.recording.origin import header_of
 from llfsm_verify.testing.arrangements import Document, arrangements
+from llfsm_verify.verification.trace_replay import Replayed, replay_file
 from tests.cli.running import FAULTY, LIGHTS, llfsm
 from tests.quick import each, examples, many, spread
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from argparse import Namespace
 
 from llfsm_verify.arrangement import load_arrangement
@@ -13,9 +12,10 @@ from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.usage import usage
 from llfsm_verify.logic.properties import PropertySet
-from llfsm_verify.report.access import access_graph, access_json, access_text
+from llfsm_verify.report.access import access_graph
 from llfsm_verify.report.drawing.codes import UNWRITABLE
 from llfsm_verify.report.drawing.formats import DRAWINGS
+from llfsm_verify.report.formats import REPORTS
 
 
 def run(options: Namespace) -> int:
@@ -32,8 +32,5 @@ def run(options: Namespace) -> int:
         ready(arrangement, PropertySet(()), options.draw, (UNWRITABLE, UNWRITABLE), "the drawing")
         write_whole(DRAWINGS.load(wanted)(access_graph(arrangement)), options.draw, UNWRITABLE, "the drawing")
         return 0
-    if options.format == "json":
-        Output().plain(json.dumps(access_json(arrangement, digest), indent=2) + "\n")
-    else:
-        Output().plain(access_text(arrangement, digest))
+    Output().plain(REPORTS.access.load(options.format)(arrangement, digest))
     return 0

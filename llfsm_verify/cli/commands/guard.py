@@ -153,7 +153,7 @@ def _prove(options: Namespace, made: Guarded, properties: PropertySet) -> int:
     from llfsm_verify.checking.verdict import Options
     from llfsm_verify.guarding.proof import prove
     from llfsm_verify.limits import Budget, Limits
-    from llfsm_verify.report.formats import RESULTS, Style
+    from llfsm_verify.report.formats import REPORTS, Style
 
     limits = Limits(options.max_states, options.memory, options.timeout)
     budget = Budget(limits)
@@ -169,14 +169,15 @@ def _prove(options: Namespace, made: Guarded, properties: PropertySet) -> int:
         output.plain(f"\nwhatever these machines do: {', '.join(proof.machines)}\n")
         output.plain(_transparent(made, budget))
         return 0
-    output.write(RESULTS.load("text")(proof.result, proof.arrangement, Style(quiet=options.quiet)))
+    output.write(REPORTS.result.load("text")(proof.result, proof.arrangement, Style(quiet=options.quiet)))
     for reason in proof.reasons:
         output.plain(f"{reason}.\n")
     return proof.exit_code
 
 
 def _proved(found: Sequence[PropertyResult]) -> list[str]:
-    from llfsm_verify.report.wording import asked_text, name_cell
+    from llfsm_verify.logic.properties import asked_text
+    from llfsm_verify.report.wording import name_cell
 
     width = max(len(name_cell(p.name)) for p in found)
     return [f"proved  {name_cell(p.name):<{width}}  {asked_text(p.kind, p.text)}\n" for p in found]

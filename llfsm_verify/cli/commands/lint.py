@@ -9,7 +9,7 @@ from llfsm_verify.cli.opening import open_arrangement
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.cli.usage import usage
 from llfsm_verify.limits import Limits
-from llfsm_verify.report.formats import LINT, Style
+from llfsm_verify.report.formats import REPORTS, Style
 
 
 def run(options: Namespace) -> int:
@@ -28,5 +28,5 @@ def run(options: Namespace) -> int:
     result = lint(arrangement, limits, local=options.local, atoms=atoms)
     output = Output(options.color, options.width)
     style = Style(traces=options.runs, suppressed=options.suppressed)
-    output.write(LINT.load(options.format)(result, arrangement, style))
+    output.write(REPORTS.lint.load(options.format)(result, arrangement, style))
     return result.exit_code

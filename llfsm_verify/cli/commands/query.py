@@ -19,7 +19,7 @@ from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.properties import COMMAND_LINE
 from llfsm_verify.cli.usage import usage
 from llfsm_verify.limits import Limits
-from llfsm_verify.report.formats import QUERIES, Style
+from llfsm_verify.report.formats import REPORTS, Style
 from llfsm_verify.verification.engines import ENGINES
 from llfsm_verify.verification.query import NAME, QueryResult, ask, parse_query
 
@@ -48,7 +48,7 @@ def run(options: Namespace) -> int:
         _save(answer, arrangement, options.save)
     output = Output(options.color, options.width)
     output.write(
-        QUERIES.load(options.format)(
+        REPORTS.query.load(options.format)(
             answer, arrangement, Style(fold=not options.all_steps, whole=time.perf_counter() - options.started)
         )
     )
@@ -58,7 +58,7 @@ def run(options: Namespace) -> int:
 def _save(answer: QueryResult, arrangement: Arrangement, name: str) -> None:
     """The run, for `llfsm replay`. Raises DiagnosticError (E405)."""
     from llfsm_verify.report.saving import document_of
-    from llfsm_verify.report.tracefile import SavedProperty
+    from llfsm_verify.verification.tracefile import SavedProperty
 
     trace = answer.result.properties[0].trace
     if trace is None:

@@ -15,7 +15,6 @@ from llfsm_verify.cli.io.timelines import BINARY, write_timeline
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.cli.usage import usage
-from llfsm_verify.report.replaying import replay_file, schedule_of
 from llfsm_verify.report.saving import SUFFIX, refuse_others
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.report.timeline.reading import recorded, traced
@@ -23,6 +22,7 @@ from llfsm_verify.report.timeline.timeline import Timeline
 from llfsm_verify.runtime.recording.file import Recording, is_recording
 from llfsm_verify.runtime.recording.origin import arrangement_of, code_of
 from llfsm_verify.runtime.recording.replay import compared, performed
+from llfsm_verify.verification.trace_replay import replay_file, schedule_of
 
 DAMAGED = 3
 TRACE = "trace"

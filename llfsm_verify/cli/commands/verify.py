@@ -27,7 +27,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.registry import Unregistered
-from llfsm_verify.report.formats import RESULTS, Style
+from llfsm_verify.report.formats import REPORTS, Style
 from llfsm_verify.stages import stage
 from llfsm_verify.verification.engines import ENGINES
 
@@ -170,5 +170,5 @@ def _report(result: Result, arrangement: Arrangement, options: Namespace) -> boo
     """Print the result; whether the reader has gone."""
     output = Output(options.color, options.width)
     style = Style(quiet=options.quiet, fold=not options.all_steps, whole=time.perf_counter() - options.started)
-    output.write(RESULTS.load(options.format)(result, arrangement, style))
+    output.write(REPORTS.result.load(options.format)(result, arrangement, style))
     return output.closed

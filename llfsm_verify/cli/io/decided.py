@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from llfsm_verify.report.wording import asked_text, name_cell
+from llfsm_verify.logic.properties import asked_text
+from llfsm_verify.report.wording import name_cell
 from llfsm_verify.runtime.deciding.recordings import Decided
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 
 def announce(path: Path) -> None:
     """Say where a trace is; one that is too long to be read again is said to be so."""
-    from llfsm_verify.report.tracefile import read_trace_file
+    from llfsm_verify.verification.tracefile import read_trace_file
 
     print(f"trace saved: {path}", file=sys.stderr)
     try:

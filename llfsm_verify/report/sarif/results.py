@@ -11,6 +11,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import FaultFinding, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.jsonvalue import Json
+from llfsm_verify.logic.properties import asked_text
 from llfsm_verify.report.codes import all_codes
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.sarif.flows import ending, sentence, with_flows
@@ -18,7 +19,6 @@ from llfsm_verify.report.sarif.places import ROOT, location, name_of, physical_l
 from llfsm_verify.report.wording import (
     CLAIMED,
     CONTRADICTED,
-    asked_text,
     fault_text,
     is_contradicted,
     resumed_text,

@@ -15,12 +15,12 @@ from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdi
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.lines import has_header
-from llfsm_verify.logic.properties import PropertySet, parse_properties
+from llfsm_verify.logic.properties import PropertySet, asked_text, parse_properties
 from llfsm_verify.logic.reading import GivenLines, read_source
 from llfsm_verify.registry import Unregistered
 from llfsm_verify.report.plain import plain_text
 from llfsm_verify.report.text import result_text
-from llfsm_verify.report.wording import asked_text, fault_text, vacuity_texts
+from llfsm_verify.report.wording import fault_text, vacuity_texts
 from llfsm_verify.testing.pytest_plugin.saving import save_failure
 from llfsm_verify.testing.pytest_plugin.session import failure, session_of, width, without_traceback
 from llfsm_verify.testing.wrapped import Wrapper, unwrap

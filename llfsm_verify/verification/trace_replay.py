@@ -11,14 +11,13 @@ from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
-from llfsm_verify.logic.properties import PropertySet, parse_properties
+from llfsm_verify.logic.properties import PropertySet, asked_text, parse_properties
 from llfsm_verify.program.moves import Move
-from llfsm_verify.report.tracefile import TraceFile, profile_words, read_trace_file
-from llfsm_verify.report.wording import asked_text
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.values import ValueProblem, choice_value
 from llfsm_verify.verification.query import NAME, saved_query
 from llfsm_verify.verification.replaying import Replay, replay
+from llfsm_verify.verification.tracefile import TraceFile, profile_words, read_trace_file
 
 
 @dataclass(frozen=True, slots=True)
