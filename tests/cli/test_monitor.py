@@ -8,13 +8,14 @@ import jsonschema
 import pytest
 import yaml
 
+from llfsm_verify.arrangement.schema import load as schema
 from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.monitoring.table import MonitorTable
 from tests.cli.running import COUNTER, LIGHTS, llfsm
 from tests.oracle.tables import letter_class
 
 SCHEMA = json.loads(Path("llfsm_verify/report/schema/monitor.schema.json").read_text(encoding="utf-8"))
-MACHINE_SCHEMA = json.loads(Path("llfsm_verify/arrangement/schema/machine.schema.json").read_text(encoding="utf-8"))
+MACHINE_SCHEMA = schema("machine")
 BOTH = "G !(ns@GREEN && ew@GREEN)"
 
 
