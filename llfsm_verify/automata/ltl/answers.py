@@ -66,14 +66,14 @@ class Answers:
         return Automaton(tuple(names[key] for key in found.atoms), found.edges, found.acceptance_sets)
 
     def word(self, formula: Formula, *, negate: bool = False) -> Word | None:
-        """A word that satisfies `formula` (`negate`: that does not); None: there is none."""
+        """A word that satisfies `formula` (`negate`: that does not); None: no word does."""
         ((name,), names) = shape(formula)
         known = self._opposites if negate else self._words
         found = _remembered(known, name, lambda: _word(name, negate, self._shared(name)), name)
         return _renamed(found, names)
 
     def difference(self, left: Formula, right: Formula) -> Word | None:
-        """A word that satisfies `left` and not `right`; None: there is none."""
+        """A word that satisfies `left` and not `right`; None: no word does."""
         pair, names = shape(left, right)
         shared = self._shared(*pair)
         found = _remembered(self._differences, pair, lambda: _difference(pair[0], pair[1], shared), *pair)

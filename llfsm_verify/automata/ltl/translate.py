@@ -189,7 +189,7 @@ class Determined(Generic[L]):
 
 
 def _parts(simple: Formula) -> list[Formula]:
-    """The formulas whose conjunction or disjunction `simple` is; itself if it is none."""
+    """The formulas whose conjunction or disjunction `simple` is; itself if it is neither."""
     if simple.op in ("and", "or"):
         return list(simple.args)
     inner = simple.args[0] if simple.op in ("G", "F") else simple
