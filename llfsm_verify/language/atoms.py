@@ -135,7 +135,7 @@ class PropertyScope:
     inputs: frozenset[str]
     tables: Mapping[str, Table] = field(default_factory=dict)
     surroundings: str = ""
-    """The name of the model of the surroundings, one of the machines; "": there is none."""
+    """The name of the model of the surroundings, one of the machines; "": there is no such model."""
 
     @staticmethod
     def of(arrangement: _Arrangement) -> PropertyScope:

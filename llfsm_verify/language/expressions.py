@@ -431,7 +431,7 @@ class ExpressionChecker:
 
     def _sum(self, parts: list[typed.Expression], plus: list[bool], low: int, high: int) -> typed.Expression:
         """The terms low … high - 1, the first taken as positive: exact integers let a sum be grouped at will, so a
-        group behind a minus has its signs turned."""
+        group after a minus has its signs turned."""
         if high - low == 1:
             return parts[low]
         middle = high - 1 if high - low <= 8 else (low + high) // 2
@@ -808,7 +808,7 @@ def _is_loose(node: syntax.Expression) -> bool:
 
 
 def _widest(kind: FixedType | None, other: Type) -> FixedType | None:
-    """That of two types of fixed width which has the values of both; the first one when there is none."""
+    """That of two types of fixed width which has the values of both; the first one when neither has."""
     if not isinstance(other, FixedType) or (kind is not None and (other.low > kind.low or other.high < kind.high)):
         return kind
     return other

@@ -237,7 +237,7 @@ _STATEMENT = re.compile(r"[A-Za-z_][\w.\[\]]*\s*(?:=(?!=)|[-+*/%&|^]=|\+\+|--)")
 
 
 def _begins_statement(text: str, at: int) -> bool:
-    """Whether a statement begins at `at`, behind another one that lacks its end."""
+    """Whether a statement begins at `at`, after another one that lacks its end."""
     current = text[max(text.rfind(sign, 0, at) for sign in ";{}") + 1 : at]
     return _STATEMENT.match(text, at) is not None and _IS_STATEMENT.match(current) is not None
 

@@ -14,10 +14,10 @@ IMPLICIT_SUSPEND = "__suspend"
 """The name of the empty suspend state of a machine that has none of its own."""
 
 ALL_DONE = "all_done"
-"""In a state that runs machines: each of them is done. A variable may have this name, too."""
+"""In a state that runs machines: each of them is done. A variable may also have this name."""
 FUNCTIONS = ("abs", "min", "max", "after", "after_ms", "is_running", "is_suspended")
 ROUNDING = ("floor", "ceil", "round", "sqrt")
-"""Functions of decimals. A variable may have one of these names, too."""
+"""Functions of decimals. A variable may also have one of these names."""
 COMMANDS = ("suspend", "resume", "restart", "load", "unload", "load_suspended", "suspend_all")
 CALLS = {
     **{name: f"{name}(a)" for name in ("abs", *ROUNDING)},
@@ -81,7 +81,7 @@ class MachineSignature:
     """Whether a state of another machine runs it; None: that is not known yet."""
 
     def state(self, name: str) -> int | None:
-        """The number of the state called `name` (-1: the implicit suspend state), None when there is none."""
+        """The number of the state called `name` (-1: the implicit suspend state), None when no state is called so."""
         if name in self.states:
             return self.states.index(name)
         return -1 if name == IMPLICIT_SUSPEND and self.suspend is None else None
@@ -109,7 +109,7 @@ class Scope:
     runs: tuple[str, ...] = ()
     """The machine instances that the state runs."""
     unseen: str = ""
-    """What the model of the surroundings is called, which machines do not see; "": there is none."""
+    """What the model of the surroundings is called, which machines do not see; "": there is no such model."""
     tables: Mapping[str, Table] = field(default_factory=dict)
     integer_guards: bool = False
     """Read an integer where a bool is expected as `!= 0` (texts of other tools that follow C)."""

@@ -19,7 +19,7 @@ MAX_TICKS = 1 << 20
 HIDDEN = "\0"
 """The keys of atoms that users do not write start with this character."""
 TICK = HIDDEN + "tick"
-"""The key of the atom that tells whether time passes behind a letter."""
+"""The key of the atom that tells whether time passes after a letter."""
 
 TimeBound = tuple[Fraction, Fraction | None]
 """The least and the largest number of milliseconds (None: any)."""
@@ -27,7 +27,7 @@ TimeBound = tuple[Fraction, Fraction | None]
 
 @dataclass(frozen=True, slots=True)
 class Clock:
-    """How time passes along a word: `period` milliseconds lie behind a letter in which TICK holds, none behind others.
+    """How time passes along a word: `period` milliseconds pass after a letter in which TICK holds, none after others.
 
     Runs let time pass forever: TICK holds in infinitely many letters.
     """
@@ -41,7 +41,7 @@ class Clock:
         return ceil(least / self.period), None if most is None else floor(most / self.period)
 
     def delays(self, letters: Iterable[AbstractSet[str]]) -> list[Fraction]:
-        """The milliseconds behind each of `letters`, given by the keys of their true atoms."""
+        """The milliseconds after each of `letters`, given by the keys of their true atoms."""
         return [self.period if TICK in letter else Fraction(0) for letter in letters]
 
 

@@ -30,7 +30,7 @@ _GOES_ON_REGULAR = frozenset({"OR", "COLON", "COMMA"})
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A property as it stands in the file: `body` are the words behind ``name:`` (none: no formula)."""
+    """A property as it stands in the file: `body` are the words after ``name:`` (none: no formula)."""
 
     kind: Kind
     name: str

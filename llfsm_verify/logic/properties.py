@@ -220,7 +220,7 @@ def _named(line: Line, syntax: str) -> Line:
 
 
 def _body(line: Line, syntax: str = "llfsm") -> Fragment:
-    """The text behind the name, from the first word to the last; for Spot to the end of the line.
+    """The text after the name, from the first word to the last; for Spot to the end of the line.
 
     What starts with `#` is no comment everywhere in Spot's formulas, and is refused there.
     """

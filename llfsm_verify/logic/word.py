@@ -16,14 +16,14 @@ Letter = Mapping[str, bool] | AbstractSet[str]
 
 @dataclass(frozen=True, slots=True)
 class Lasso:
-    """The word `letters` whose last letter is followed by number `back`, with the milliseconds behind each letter."""
+    """The word `letters` whose last letter is followed by number `back`, with the milliseconds after each letter."""
 
     letters: Sequence[Letter]
     back: int
     delays: Sequence[float | Fraction] | None = None
 
     def after(self, i: int) -> int:
-        """The position behind position `i`."""
+        """The position after position `i`."""
         return i + 1 if i + 1 < len(self.letters) else self.back
 
 

@@ -18,7 +18,7 @@ _HINT = "write `p0&!p1;cycle{p0}`: letters separated by `;`, and after `cycle` t
 
 
 def parse_word(fragment: Fragment) -> tuple[list[Letter], list[Letter]]:
-    """Stem and loop of the word written in `fragment`; DiagnosticError (E353) when it is none.
+    """Stem and loop of the word written in `fragment`; DiagnosticError (E353) when it is no word.
 
     A letter is a conjunction of atoms and negated atoms; atoms that it does not name are false, `1` names none.
     """

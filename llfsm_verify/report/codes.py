@@ -7,11 +7,9 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.resources import files
 
-from llfsm_verify.analysis.certificates.codes import CODES as CERTIFICATES
 from llfsm_verify.arrangement.codes import CODES as ARRANGEMENT
 from llfsm_verify.arrangement.suppressions import CODES as LINT
 from llfsm_verify.engines.explicit.checkpoints import CODES as CHECKPOINTS
-from llfsm_verify.engines.inductive.codes import CODES as INVARIANTS
 from llfsm_verify.guarding.codes import CODES as GUARDS
 from llfsm_verify.kripke.codes import CODES as STRUCTURES
 from llfsm_verify.language.codes import CODES as LANGUAGE
@@ -43,8 +41,11 @@ FILES = {
     "E412": "Standard output cannot be written.",
     "E490": "The page of `llfsm report` cannot be written.",
     **CHECKPOINTS,
-    **CERTIFICATES,
-    **INVARIANTS,
+    "E450": "A certificate cannot be written or read there.",
+    "E451": "A certificate would replace a file that is an input of the check.",
+    "E452": "Invariants cannot be written or read there.",
+    "E453": "A file is not a file of invariants, or is one of another version.",
+    "E454": "Invariants would replace a file that is an input of the check.",
     "E460": "A new project would overwrite files.",
     "E461": "The name of a new project is not a valid name.",
     "E462": "A new project cannot be written there.",

@@ -46,7 +46,7 @@ def may_begin(context: Context, control: Control) -> bool:
 
 
 def next_turn(context: Context, control: Control) -> list[Stmt]:
-    """The token passes to the next live machine; behind the last one the cycle is complete."""
+    """The token passes to the next live machine; after the last one the cycle is complete."""
     complete, following = _following(context, control)
     turn = process_var(context, control.process, "turn")
     return [Set(CYCLE, None, complete), Set(turn, None, following)]
@@ -124,5 +124,5 @@ def _tick(context: Context, control: Control) -> list[Stmt]:
     counts: Block = (Switch(control.state, tuple(arms)),)
     if not control.due_reads_clock:
         counts = (If(control.flag("entered"), counts),)
-    live = in_turn(control)  # nobody reads the clock of a machine that has left
+    live = in_turn(control)  # nothing reads the clock of a machine that has left
     return list(counts) if live == TRUE else [If(live, counts)]

@@ -49,7 +49,7 @@ class Outcome:
 
 
 class Probes:
-    """Collects the probes of one lowering. `wide`: those of guards alone, too."""
+    """Collects the probes of one lowering. `wide`: also those of guards alone."""
 
     def __init__(self, *, wide: bool) -> None:
         self.wide = wide

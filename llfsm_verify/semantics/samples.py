@@ -189,7 +189,7 @@ def ringlet_samples(context: Context, control: Control, index: int, lower: Lower
 
 
 def after_entry_samples(context: Context, control: Control, index: int, lower: Lower) -> list[Stmt]:
-    """With `snapshot: after_entry`, behind `on_entry`."""
+    """With `snapshot: after_entry`, after `on_entry`."""
     state, states = control.states[index], control.states
     early = tuple((s.on_entry, s.on_suspend, s.on_resume) for s in states)
     out: list[Stmt] = []

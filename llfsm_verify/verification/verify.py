@@ -12,14 +12,13 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.doubts import doubts
 from llfsm_verify.checking.engine import Start
 from llfsm_verify.checking.problem import Problem, bind
-from llfsm_verify.checking.vacuity import VacuityFinding
+from llfsm_verify.checking.vacuity import NO_RUN, VacuityFinding
 from llfsm_verify.checking.verdict import EarlyVerdict, Options, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import telling
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Observe
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.verification import harness
-from llfsm_verify.verification.contradiction import without_contradicted
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 
 Check = Callable[[Problem, Options], Result]
@@ -116,3 +115,19 @@ def _never_true(problem: Problem) -> Iterator[str]:
             yield f"`faulted({machine.name})` is never true: `{machine.name}` has no `on_fault: unload`"
         if machine is not None and kind == "refused" and (access is None or not machine.has_refusals(access)):
             yield f"`refused({machine.name})` is never true: `{machine.name}` does nothing that it may not"
+
+
+# ---- What holds only because no run satisfies the assumptions is unknown (docs/decisions/0016-vacuity.md)
+
+
+def without_contradicted(result: Result) -> Result:
+    """The same, with the verdict *unknown* for each property that holds only since no run satisfies the assumptions."""
+    return replace(result, properties=tuple(map(_judged, result.properties)))
+
+
+def _judged(item: PropertyResult) -> PropertyResult:
+    if item.verdict is not Verdict.HOLDS or NO_RUN not in item.notes:
+        return item
+    said = (finding.message for finding in item.vacuity.findings if finding.kind == "assumptions")
+    notes = tuple(note for note in item.notes if note != NO_RUN)
+    return replace(item, verdict=Verdict.UNKNOWN, reason=next(said, NO_RUN), notes=notes, proofs=())

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from llfsm_verify.arrangement import keys, model
-from llfsm_verify.arrangement.resolve import access, profile, whiteboard
+from llfsm_verify.arrangement.resolve import access, timing, whiteboard
 from llfsm_verify.arrangement.schema import load
 from tests.bad_input.cases import CASES, FRAMED
 
@@ -56,8 +56,8 @@ def test_keys_are_those_of_the_loader() -> None:
     assert tuple(board["changes"]["enum"]) == whiteboard.CHANGES
     named, changed = arrangement["properties"]["profile"]["anyOf"]
     assert tuple(named["enum"]) == tuple(model.PROFILES)
-    assert tuple(changed["properties"]) == profile.PROFILE_KEYS
-    assert tuple(changed["properties"]["snapshot"]["enum"]) == profile.SNAPSHOTS
+    assert tuple(changed["properties"]) == timing.PROFILE_KEYS
+    assert tuple(changed["properties"]["snapshot"]["enum"]) == timing.SNAPSHOTS
 
 
 def test_a_policy_is_the_same_in_a_file_of_its_own() -> None:

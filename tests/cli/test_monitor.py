@@ -9,8 +9,8 @@ import pytest
 import yaml
 
 from llfsm_verify.arrangement.schema import load as schema
+from llfsm_verify.monitoring.json import MonitorTable
 from llfsm_verify.monitoring.states import MonitorVerdict
-from llfsm_verify.monitoring.table import MonitorTable
 from tests.cli.running import COUNTER, LIGHTS, llfsm
 from tests.oracle.tables import letter_class
 
@@ -175,7 +175,7 @@ def test_usage(arguments, said):
 
 @pytest.mark.slow
 def test_what_is_too_large_is_unknown(monkeypatch):
-    monkeypatch.setattr("llfsm_verify.monitoring.table.MAX_CELLS", 2)
+    monkeypatch.setattr("llfsm_verify.monitoring.json.MAX_CELLS", 2)
     status, output, errors = ask("G (p -> X q)", "--as", "table")
     assert (status, output) == (4, "") and "W301" in errors
     status, output, errors = ask("G (p -> " + "X " * 14 + "q)", "G p")

@@ -7,7 +7,7 @@ from fractions import Fraction
 from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.language.trees import nodes, of_kind
 from llfsm_verify.language.typed import After, Assign, Index, Literal, Read, Variable
-from llfsm_verify.report.drawing.uses import whiteboard_uses
+from llfsm_verify.report.drawing.extract import whiteboard_uses
 
 TEXT = """
 name: walk

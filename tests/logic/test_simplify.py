@@ -11,9 +11,8 @@ from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, conjunction, ne
 from llfsm_verify.logic.hierarchy import form
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.parsing.formulas import parse_formula
-from llfsm_verify.logic.rewriting.implication import Implication
+from llfsm_verify.logic.rewriting.implication import Implication, Purity
 from llfsm_verify.logic.rewriting.normal_form import nnf
-from llfsm_verify.logic.rewriting.purity import Purity
 from llfsm_verify.logic.rewriting.simplify import Simplifier, simplified
 from llfsm_verify.testing.formulas import formulas, lassos
 from tests.quick import examples

@@ -18,10 +18,10 @@ from llfsm_verify.logic.formula import apply, atom, conjunction, disjunction, ne
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.logic.syntaxes import parse_in
+from llfsm_verify.monitoring.json import monitor_table
 from llfsm_verify.monitoring.monitor import Monitorability, MonitorVerdict, monitor
 from llfsm_verify.monitoring.properties import monitor_properties
 from llfsm_verify.monitoring.regular import regular_to_monitor
-from llfsm_verify.monitoring.table import monitor_table
 from llfsm_verify.testing.formulas import formulas
 from tests.automata.finite.test_regular import REGULAR, SIMPLE, expressions
 from tests.automata.ltl.test_psl import bound, past

@@ -1,6 +1,6 @@
 """Running a monitor's table letter by letter, as its file says that one does."""
 
-from llfsm_verify.monitoring.table import MonitorTable
+from llfsm_verify.monitoring.json import MonitorTable
 
 
 def letter_class(table: MonitorTable, letter: int) -> int:

@@ -14,11 +14,17 @@ from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import ACTION_KINDS
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.report.drawing.dot import dot
-from llfsm_verify.report.drawing.extract import LINE_WIDTH, arrangement_graph, machine_graph
+from llfsm_verify.report.drawing.extract import (
+    LINE_WIDTH,
+    arrangement_graph,
+    commanded,
+    machine_graph,
+    watched,
+    whiteboard_uses,
+)
 from llfsm_verify.report.drawing.graph import MAX_NODES, Edge, Graph, Node, shorten, summarise, with_legend
 from llfsm_verify.report.drawing.mermaid import mermaid
 from llfsm_verify.report.drawing.pictures import PIXELS, png, svg
-from llfsm_verify.report.drawing.uses import commanded, watched, whiteboard_uses
 from tests.outside import load
 
 LIGHTS = load_arrangement("models/traffic_lights/arrangement.yaml")

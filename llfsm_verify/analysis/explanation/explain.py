@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from llfsm_verify.analysis.explanation.causes import Pair
-from llfsm_verify.analysis.explanation.exact import exact_causes
+from llfsm_verify.analysis.explanation.causes import Pair, causes
 from llfsm_verify.analysis.explanation.last_letter import changes, possible
 from llfsm_verify.analysis.explanation.readings import Reading
 from llfsm_verify.analysis.explanation.sentences import Sentences
-from llfsm_verify.analysis.explanation.variables import by_key, values_along
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Letter, ReplayedRun
 from llfsm_verify.checking.trace import Cause, Trace, letter_steps
+from llfsm_verify.language.trees import of_kind
+from llfsm_verify.language.typed import AtState, Observe, Query, Read, Sampled
 from llfsm_verify.limits import LimitReached, unlimited
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.formula import BINDING, operators
 from llfsm_verify.logic.regular import ExpressionTooLarge
+from llfsm_verify.semantics.letters import Observed, TimePasses
+from llfsm_verify.semantics.samples import scalars_of
+from llfsm_verify.semantics.walk import elements
 
 MOST_TRIED = 600
 """Values of an infinite run that are changed, one at a time, where only the judge of the property knows it."""
@@ -138,3 +141,76 @@ def _mending(goal: Goal, letters: Sequence[Letter], loop: int) -> frozenset[Pair
             if not goal.violated_by(word[:loop], word[loop:]):
                 found.add((i, key))
     return frozenset(found)
+
+
+# ---- Few marks are tried out: those of them that are causes by the definition stay
+
+
+EFFORT = 400_000
+"""Truth values of subformulas at letters that are computed for it (some tenths of a second)."""
+
+
+def exact_causes(reading: Reading) -> tuple[frozenset[Pair], bool]:
+    """`causes` of the whole formula, and whether those that are none have been taken out.
+
+    All contingencies are sets of causes, so sets of marks are enough: a mark is a cause when some set of others leaves
+    the formula false, and no longer with it.
+    """
+    marks = sorted(causes(reading))
+    if reading.size << len(marks) > EFFORT:
+        return frozenset(marks), False
+    false = [
+        reading.fails_with([m for i, m in enumerate(marks) if chosen >> i & 1]) for chosen in range(1 << len(marks))
+    ]
+    kept = (
+        mark
+        for i, mark in enumerate(marks)
+        if any(false[s] and not false[s | 1 << i] for s in range(len(false)) if not s >> i & 1)
+    )
+    return frozenset(kept), True
+
+
+# ---- From atoms to the variables, inputs and machines that they read, with their values at a step
+
+
+def names_of(atom: Observed) -> tuple[str, ...]:
+    """What an atom reads, by the names that traces use: scalars (``a[1].x``) and machines, each once."""
+    if isinstance(atom.expression, TimePasses):
+        return ()
+    found: dict[str, None] = {}
+    for read in of_kind(atom.expression, Read):
+        found.update(dict.fromkeys(elements(read)))
+    for at in of_kind(atom.expression, AtState):
+        found[at.machine] = None
+    for query in of_kind(atom.expression, Query):
+        found[query.machine] = None
+    for sample in of_kind(atom.expression, Sampled):
+        found.update(dict.fromkeys(_sampled(sample.machine, name) for name in scalars_of(sample)))
+    for seen in of_kind(atom.expression, Observe):
+        if seen.machine:
+            found[f"{seen.machine}.{seen.kind}" if seen.kind in ("finished", "loaded") else seen.machine] = None
+    return tuple(found)
+
+
+def values_along(trace: Trace) -> Iterator[dict[str, str]]:
+    """The text of every variable's value at the start and after each step; of an input, the one shown last.
+
+    The same dictionary each time, changed."""
+    values = dict(trace.initial)
+    yield values
+    for step in trace.steps:
+        values.update((change.variable, change.after) for change in step.changes)
+        values.update((sampled.input, sampled.text) for sampled in step.choices if sampled.input)
+        for sampled in step.sampled:
+            values[_sampled("", sampled.input)] = values[_sampled(step.machine or "", sampled.input)] = sampled.text
+        yield values
+
+
+def _sampled(machine: str, scalar: str) -> str:
+    """What a machine ("": any) sampled last, as a property writes it."""
+    return f"{machine}.sampled({scalar})" if machine else f"sampled({scalar})"
+
+
+def by_key(atoms: Sequence[Observed]) -> dict[str, tuple[str, ...]]:
+    """`names_of` by the key of each atom."""
+    return {atom.name: names_of(atom) for atom in atoms}

@@ -37,10 +37,9 @@ from llfsm_verify.arrangement.resolve.machine import MachineResolver, MachineTex
 from llfsm_verify.arrangement.resolve.nesting import nest
 from llfsm_verify.arrangement.resolve.operators import check_replaceable, resolve_operators
 from llfsm_verify.arrangement.resolve.processes import resolve_processes
-from llfsm_verify.arrangement.resolve.profile import resolve_profile
 from llfsm_verify.arrangement.resolve.surroundings import resolve_surroundings
 from llfsm_verify.arrangement.resolve.tables import resolve_tables
-from llfsm_verify.arrangement.resolve.timing import check_time, resolve_timing
+from llfsm_verify.arrangement.resolve.timing import check_time, resolve_profile, resolve_timing
 from llfsm_verify.arrangement.resolve.type_table import TypeTable
 from llfsm_verify.arrangement.resolve.whiteboard import resolve_whiteboard
 from llfsm_verify.arrangement.suppressions import resolve_suppressions

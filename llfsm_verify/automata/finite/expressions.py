@@ -159,7 +159,7 @@ class DeterministicAutomaton:
     accepting: tuple[bool, ...]
 
     def step(self, state: int, letter: int) -> int | None:
-        """The state after `letter` (the mask of the atoms that hold); None: there is none."""
+        """The state after `letter` (the mask of the atoms that hold); None: no state is."""
         return next((target for guard, target in self.edges[state] if self.guards.holds(guard, letter)), None)
 
 

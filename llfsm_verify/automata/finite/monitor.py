@@ -123,7 +123,7 @@ class RegularMonitor:
 def open_states(automaton: FiniteAutomaton, alphabet: Sequence[Guard], world: Guard) -> dict[int, Barred]:
     """The states from which a word of the property can be completed, with the last valuation after which it cannot.
 
-    A word has no two equal neighbours, so a state whose only next valuation is V is of no use right behind V. The
+    A word has no two equal neighbours, so a state whose only next valuation is V is of no use right after V. The
     least solution, from the accepting states backwards. `alphabet` are the sets of the letters,
     `world` the configurations there can be.
     """

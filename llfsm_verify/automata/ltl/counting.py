@@ -130,7 +130,7 @@ class Counting:
         return number
 
     def after(self, levels: Levels, step: Step, letter: int) -> Levels | None:
-        """The levels behind `letter`; None: a demand is not met."""
+        """The levels after `letter`; None: a demand is not met."""
         keep, goal = self._facts_of(letter)
         keep &= ~step.keep_denied
         goal &= ~step.goal_denied

@@ -61,7 +61,7 @@ class Memory:
                 return b if before else conjunction((b, a))
 
     def then(self, now: Formula, args: Sequence[Formula]) -> Formula:
-        """What is remembered behind a letter in which it is `now`."""
+        """What is remembered after a letter in which it is `now`."""
         return args[0] if self.node.op in ("Y", "Z") else now
 
 
@@ -138,7 +138,7 @@ class _Pasts:
         self._known: dict[Bits, tuple[list[Guard], list[tuple[Guard, Bits]]]] = {}
 
     def of(self, bits: Bits) -> tuple[list[Guard], list[tuple[Guard, Bits]]]:
-        """The letters in which each memory's operator holds, and all letters by what is remembered behind them."""
+        """The letters in which each memory's operator holds, and all letters by what is remembered after them."""
         known = self._known.get(bits)
         if known is None:
             known = self._known[bits] = self._of(bits)

@@ -24,7 +24,7 @@ MAX_TRANSITIONS = 20_000
 
 
 def satisfying_word(formula: Formula, *, negate: bool = False, implies: Implication | None = None) -> Word | None:
-    """A word that satisfies `formula` (`negate`: that does not); None: there is none.
+    """A word that satisfies `formula` (`negate`: that does not); None: no word does.
 
     ValueError: it is not of plain temporal logic. AutomatonTooLarge as for `translate`. Source: Couvreur, On-the-fly
     verification of linear temporal logic, FM 1999. `implies`: see `Simplifier`.

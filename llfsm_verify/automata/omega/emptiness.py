@@ -41,7 +41,7 @@ class _Root:
 def find_accepting_lasso(
     initial: Iterable[NodeT], successors: Successors[NodeT, DataT], acceptance_sets: int
 ) -> GraphLasso[DataT, NodeT] | None:
-    """A run from one of `initial` that takes edges of each acceptance set infinitely often; None when there is none.
+    """A run from one of `initial` that takes edges of each acceptance set infinitely often; None when no run does.
 
     With no sets any infinite run does. The stem is a shortest path to the component found, the loop goes to the nearest
     edge of a set that is missing until none is. Source:

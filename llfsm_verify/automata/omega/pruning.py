@@ -20,7 +20,7 @@ def inner_acceptance(graph: Symbolic[L], component: Sequence[int]) -> dict[int, 
 
 
 def useful(graph: Symbolic[L]) -> Symbolic[L]:
-    """Only states from which some word is accepted; without states when there is none."""
+    """Only states from which some word is accepted; without states when no word is accepted."""
     component = graph.components()
     inner = inner_acceptance(graph, component)
     full = graph.full

@@ -14,12 +14,12 @@ Word = tuple[tuple[Letter, ...], tuple[Letter, ...]]
 
 
 def accepted_word(automaton: Automaton) -> Word | None:
-    """A word that `automaton` accepts, on a shortest way to a loop; None: there is none."""
+    """A word that `automaton` accepts, on a shortest way to a loop; None: it accepts no word."""
     return common_word(automaton, Automaton(automaton.atoms, ((),), 0), alone=True)
 
 
 def common_word(left: Automaton, right: Automaton, *, alone: bool = False) -> Word | None:
-    """A word that both accept; None: there is none. The atoms are the same (ValueError). `alone`: `left` alone."""
+    """A word that both accept; None: no word is. The atoms are the same (ValueError). `alone`: `left` alone."""
     if left.atoms != right.atoms:
         raise ValueError("the automata have different atoms")
 

@@ -8,7 +8,6 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, Literal
 
-from llfsm_verify.backends.native.passes import optimise
 from llfsm_verify.interrupts import whole
 from llfsm_verify.kept import fingerprint, keep_newest, keeping_meanwhile, kept, place
 
@@ -111,3 +110,25 @@ def _compiler() -> tuple[bytes | str, ...]:
     here = resources.files("llfsm_verify.backends.native").joinpath("machine_code.py").read_bytes()
     features = llvm.get_host_cpu_features().flatten()
     return here, llvmlite.__version__, llvm.get_default_triple(), llvm.get_host_cpu_name(), features
+
+
+# ---- LLVM's optimisations of a module, and what they need freed after them
+
+
+def optimise(module: Any, machine: Any, level: int) -> None:
+    """LLVM's -O1 to -O3; 0: only locals in registers and tidy branches, without what takes long."""
+    import llvmlite.binding as llvm
+    from llvmlite.binding.newpassmanagers import NewPassManager
+
+    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=max(1, level)))
+    if level:
+        passes = builder.getModulePassManager()
+    else:
+        passes = llvm.create_new_module_pass_manager()
+        passes.add_sroa_pass()
+        passes.add_simplify_cfg_pass()
+    passes.run(module, builder)
+    # In llvmlite (0.45 to 0.50) a `ModulePassManager` inherits `_dispose` from a class where it does nothing, so each
+    # would keep 0.1 MB.
+    NewPassManager._dispose(passes)
+    passes.detach()

@@ -1,4 +1,4 @@
-"""The bounds behind temporal operators as users write them: `[3]`, `[2:5]`, `[<=500ms]`, `[1s:2s]`, `[>=1s]`."""
+"""The bounds of temporal operators as users write them: `[3]`, `[2:5]`, `[<=500ms]`, `[1s:2s]`, `[>=1s]`."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Bound(NamedTuple):
 
 
 def read_bound(words: Words, i: int) -> Bound | None:
-    """The bound behind word number `i`, an operator; None: there is none. DiagnosticError (E334): a wrong one."""
+    """The bound of the operator that is word number `i`; None: it has no bound. DiagnosticError (E334): a wrong one."""
     tokens = words.tokens
     letter = tokens[i].type
     if letter not in BOUNDABLE | _UNBOUNDED or i + 1 >= len(tokens) or tokens[i + 1].type != "LSQB":

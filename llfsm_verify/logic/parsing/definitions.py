@@ -72,14 +72,14 @@ def _head(text: str, line: Sequence[Token]) -> tuple[list[tuple[str, list[str], 
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """One property of a family: the words that its names stand for, and what is put behind its own name."""
+    """One property of a family: the words that its names stand for, and what is put after its own name."""
 
     values: Mapping[str, str] = field(default_factory=dict)
     suffix: str = ""
 
 
 def family(text: Fragment, line: list[Token]) -> tuple[dict[str, Span], list[Member], list[Token]]:
-    """The names of a family that stand for others with their places, its members, and the words behind its head.
+    """The names of a family that stand for others with their places, its members, and the words after its head.
 
     DiagnosticError (E318): the head is wrong."""
     loops, end = _head(text.text, line)
@@ -134,7 +134,7 @@ class Definitions:
         self._written: dict[str, Fragment] = {}
 
     def add(self, text: Fragment, line: list[Token]) -> None:
-        """Keep a line ``define NAME: …``. DiagnosticError (E317): the name is taken, or nothing is behind it."""
+        """Keep a line ``define NAME: …``. DiagnosticError (E317): the name is taken, or nothing follows it."""
         match = _DEFINE.match(text.text, line[0].start)
         assert match is not None
         name, place = match[1], text.span(*match.span(1))
@@ -157,7 +157,7 @@ class Definitions:
         return dict(self._places)
 
     def written_out(self, words: Words, values: Mapping[str, str]) -> Words:
-        """`words` with what names stand for; the same object, where there is none of them.
+        """`words` with what names stand for; the same object, where no such name is there.
 
         DiagnosticError (E317, E305): a definition leads back to itself, or what it stands for is too long.
         """

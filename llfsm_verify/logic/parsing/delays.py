@@ -33,7 +33,7 @@ def refuse_delays(fragment: Fragment) -> None:
 
 
 def refuse_delay_of_sva(fragment: Fragment, line: Sequence[Token]) -> None:
-    """DiagnosticError (E351): a comment behind a word of `line` begins with `##2` or `##[`, so much would be lost."""
+    """DiagnosticError (E351): a comment after a word of `line` begins with `##2` or `##[`, so much would be lost."""
     for token in line:
         if found := _DELAY.match(fragment.text, token.end):
             message = f"`{found[1][:40]}` begins a comment, so what follows would not count"

@@ -305,7 +305,7 @@ class _Builder:
         if left.shape != ("pair" if code == codes.TEMPORAL_CHAIN else "implies"):
             return
         words, place = self._words, right.first - 1
-        while words.tokens[place].type == "RSQB":  # a bound stands behind the sign
+        while words.tokens[place].type == "RSQB":  # a bound follows the sign
             place = next(k for k, bound in self.bounds.items() if bound.last == place)
         depth = 0
         middle = place - 1  # the sign that joins the left side's own operands, outside brackets

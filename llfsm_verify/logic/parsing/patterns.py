@@ -72,7 +72,7 @@ class _Reader:
         return 0 <= i < len(self.tokens) and self._outside[i] and self.tokens[i].text in texts
 
     def _separates(self, i: int, *texts: str) -> bool:
-        """Whether one of the words stands at `i` behind an operand, where a formula has none."""
+        """Whether one of the words stands at `i` after an operand, where a formula has no such word."""
         return self._is(i, *texts) and i > 0 and self.tokens[i - 1].type in ENDS_OPERAND
 
     def pattern(self) -> Formula | None:

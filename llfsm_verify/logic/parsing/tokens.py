@@ -23,7 +23,7 @@ KEYWORDS = {
     "G": "G", "F": "F", "X": "X", "U": "U", "W": "W", "R": "R", "M": "M",
     "Y": "Y", "Z": "Z", "O": "O", "H": "H", "S": "S", "T": "T",
 }  # fmt: skip
-"""Words that are no names unless quoted (or behind `.` or `@`)."""
+"""Words that are no names unless quoted (or after `.` or `@`)."""
 
 OF_STATES = frozenset({"entered", "fired"})
 """What is asked of a machine and a state: ``m.entered(STATE)``. The state's name may be a keyword."""

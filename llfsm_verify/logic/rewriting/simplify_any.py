@@ -12,7 +12,7 @@ def simplify_any(formula: Formula) -> Formula:
     """An equivalent of `formula`: step bounds written out, each largest subformula of plain temporal logic simplified.
 
     The rules for plain formulas hold at every position of every word, so they hold below operators of the past, of time
-    and behind expressions as well. Expressions themselves stay as they are.
+    and after expressions as well. Expressions themselves stay as they are.
     """
     written = without_steps(formula)
     order = postorder(written)

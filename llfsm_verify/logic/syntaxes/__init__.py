@@ -16,7 +16,7 @@ __all__ = ["SYNTAXES", "parse_in", "print_in", "table_of"]
 
 
 def parse_in(syntax: str, fragment: Fragment) -> Parsed:
-    """The formula that `fragment` is in `syntax`, one of `SYNTAXES`; DiagnosticError when it is none."""
+    """The formula that `fragment` is in `syntax`, one of `SYNTAXES`; DiagnosticError when it is no formula."""
     if syntax == OURS:
         from llfsm_verify.logic.parsing.formulas import parse_formula
 

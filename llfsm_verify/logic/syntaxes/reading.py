@@ -52,7 +52,7 @@ class _Operand:
 
 @dataclass(frozen=True, slots=True)
 class _Operator:
-    """What waits for its right operand. `expression`: the match behind which it must hold."""
+    """What waits for its right operand. `expression`: the match after which it must hold."""
 
     sort: Literal["prefix", "infix", "bind"]
     op: Op
@@ -74,7 +74,7 @@ class _Frame:
 
 
 def read_formula(table: SyntaxTable, fragment: Fragment) -> Parsed:
-    """The formula written in `fragment` in the syntax of `table`; DiagnosticError when it is none."""
+    """The formula written in `fragment` in the syntax of `table`; DiagnosticError when it is no formula."""
     start, end, _ = unwrap(table, fragment.text)
     return _Reader(table, fragment).read(start, end)
 
@@ -221,7 +221,7 @@ class _Reader:
         self._frames.append(_Frame(token, len(self._operators), inside))
 
     def _behind(self, token: _Token) -> bool:
-        """Take `token` behind an operand; whether one is expected now."""
+        """Take `token` after an operand; whether one is expected now."""
         kind, text = token.kind, token.text
         top = self._operands[-1]
         if kind == "CLOSE":

@@ -37,7 +37,7 @@ class SyntaxTable:
     true: frozenset[str]
     false: frozenset[str]
     wrapper: re.Pattern[str] | None = None
-    """What may open a formula (`ltl name {`), with the group `name`; the brace is closed behind it, `;` may follow."""
+    """What may open a formula (`ltl name {`), with the group `name`; the brace is closed after it, `;` may follow."""
     equals: Mapping[str, str] = field(default_factory=dict)
     unsettled: frozenset[Op] = frozenset()
     """Infix operators whose manual and parser group a mixture of them differently: it needs parentheses."""

@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given, settings
 
-from llfsm_verify.automata.ltl.any_classes import buchi_of, classify_any
+from llfsm_verify.automata.ltl.answers import buchi_of, classify_any
 from llfsm_verify.automata.ltl.classes import classify
 from llfsm_verify.automata.ltl.translation import Untranslatable
 from llfsm_verify.automata.omega.products import accepts

@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.labels import TruthTables
 from llfsm_verify.automata.ltl import translate as module
-from llfsm_verify.automata.ltl.composition import intersection, union
-from llfsm_verify.automata.ltl.translate import Translator, translate
+from llfsm_verify.automata.ltl.translate import Translator, intersection, translate, union
 from llfsm_verify.automata.omega.products import accepts, disjoint
 from llfsm_verify.automata.omega.symbolic import Symbolic, to_automaton
 from llfsm_verify.logic.formula import apply, atom, conjunction, disjunction, negation

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from llfsm_verify.automata.automaton import Automaton
-from llfsm_verify.automata.ltl.answers import Answers
-from llfsm_verify.automata.ltl.any_classes import classify_any
+from llfsm_verify.automata.ltl.answers import Answers, classify_any
 from llfsm_verify.automata.ltl.translation import automaton_of
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.limits import LimitReached, ticking

@@ -9,9 +9,8 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.engines.inductive.formula_text import formula_text
 from llfsm_verify.engines.inductive.invariant import Invariant
-from llfsm_verify.engines.inductive.monitor_states import _left
 from llfsm_verify.engines.inductive.observers import Faults
-from llfsm_verify.engines.inductive.wording import _Names
+from llfsm_verify.engines.inductive.wording import _left, _Names
 from llfsm_verify.engines.unrolled.runs import Table
 from llfsm_verify.logic.parsing.formulas import parse_formula
 from llfsm_verify.logic.properties import parse_properties
