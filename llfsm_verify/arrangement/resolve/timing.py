@@ -9,14 +9,12 @@ from fractions import Fraction
 from math import floor
 from typing import Literal, cast
 
-from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import PROFILES, Profile
-from llfsm_verify.arrangement.nodes import Node, Scalar, mark
 from llfsm_verify.language.constants import longest
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import After
 from llfsm_verify.yaml.fields import Report
-from llfsm_verify.yaml.nodes import Node, mark
+from llfsm_verify.yaml.nodes import Node, Scalar, mark
 
 MAX_TICKS = 1 << 20
 _PERIOD = re.compile(r"[0-9]{1,12}(\.[0-9]{1,12})?\Z")
