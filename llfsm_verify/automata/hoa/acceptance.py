@@ -32,7 +32,7 @@ class Acceptance:
 
 
 def read_acceptance(source: Source, words: Sequence[Token], at: int) -> tuple[Acceptance, int]:
-    """The condition that follows `Acceptance:`, whose first word is number `at`, and the number of the next word."""
+    """The condition of `Acceptance:`, whose first word is number `at`, and the number of the word after it."""
     start = at
 
     def word(kind: str, text: str | None, what: str) -> Token:

@@ -19,7 +19,7 @@ def accepted_word(automaton: Automaton) -> Word | None:
 
 
 def common_word(left: Automaton, right: Automaton, *, alone: bool = False) -> Word | None:
-    """A word that both accept; None: no word is. The atoms are the same (ValueError). `alone`: `left` alone."""
+    """A word that both accept; None: they share none. The atoms are the same (ValueError). `alone`: `left` alone."""
     if left.atoms != right.atoms:
         raise ValueError("the automata have different atoms")
 
