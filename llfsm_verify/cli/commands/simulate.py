@@ -105,9 +105,7 @@ def run(options: Namespace) -> int:
 
 
 def _mistake(options: Namespace, wanted: str) -> str | None:
-    from llfsm_verify.cli.io.timelines import BINARY
-
-    if wanted in BINARY and options.output in (None, "-"):
+    if wanted in TIMELINES.binary and options.output in (None, "-"):
         return f"{wanted} is not text: name a file with -o"
     if wanted == TABLE and options.output is not None:
         return f"-o is for --format {JSON}, {', '.join(TIMELINES)}"

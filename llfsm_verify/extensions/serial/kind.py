@@ -7,11 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.nodes import Node
-from llfsm_verify.runtime.ports.line_port import LinePort
-from llfsm_verify.runtime.ports.numbers import whole_number
-from llfsm_verify.runtime.ports.port import Link, Started, Unopened
+from llfsm_verify.plug import LinePort, Link, Node, Report, Started, Unopened, whole_number
 
 if TYPE_CHECKING:
     from serial import Serial

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.nodes import Node, mark
-from llfsm_verify.runtime.ports.codes import UNKNOWN
-from llfsm_verify.runtime.ports.mqtt import MqttPort, MqttSettings
-from llfsm_verify.runtime.ports.numbers import whole_number
-from llfsm_verify.runtime.ports.port import Link, Started
+from llfsm_verify.extensions.mqtt.port import MqttPort, MqttSettings
+from llfsm_verify.plug import WRONG_PORT, Link, Node, Report, Started, mark, whole_number
 
 MOST_TOPIC = 65_535
 
@@ -30,7 +26,7 @@ class Mqtt:
                 words[key] = scalar.text
         if "password_env" in words and "username" not in found:
             message = f"{what} has a `password_env` and no `username`"
-            report.error(UNKNOWN, message, mark(found["password_env"]), "write `username: …`")
+            report.error(WRONG_PORT, message, mark(found["password_env"]), "write `username: …`")
         port = whole_number(report, found, "port", 1, 65_535, 1883)
         qos = whole_number(report, found, "qos", 0, 2, 1)
         keepalive = whole_number(report, found, "keepalive", 1, 3600, 15)
