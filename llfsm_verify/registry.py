@@ -6,8 +6,9 @@ from a registry, so that something new enters by one entry.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
@@ -16,6 +17,18 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 T = TypeVar("T")
+EXTENSIONS = "llfsm_verify.extensions"
+
+
+@dataclass(frozen=True, slots=True)
+class Package:
+    """A package of others that an entry needs, and that a plain installation does not bring."""
+
+    module: str
+    name: str
+    """What `pip` calls it."""
+    extra: str
+    """The extra of ours that brings it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +42,9 @@ class Entry:
     """What it is, in a line."""
     suffixes: tuple[str, ...] = ()
     """The endings of file names that stand for it, in lower case and with the full stop."""
+    binary: bool = False
+    """Of a format that is written: it is not text, so it does not go to a terminal."""
+    package: Package | None = None
 
     def load(self) -> object:
         """What is at its place."""
@@ -46,13 +62,20 @@ class Unregistered(ValueError):
 
 
 class Registry(Mapping[str, Entry], Generic[T]):
-    """Entries by name, in the order in which they are offered."""
+    """Entries by name, in the order in which they are offered.
 
-    def __init__(self, kind: str, entries: Iterable[Entry]) -> None:
-        """`kind`: what an entry is, as messages call it. ValueError: two entries have one name or one suffix."""
+    Those of extensions come after ours. Those of other packages are looked for when a name is asked for that is not
+    there.
+    """
+
+    def __init__(self, kind: str, entries: Iterable[Entry], group: str = "") -> None:
+        """`kind`: what an entry is, as messages call it; `group`: of entry points that give entries, where others may
+        add some. ValueError: two entries have one name or one suffix."""
         self.kind = kind
+        self.group = group
         self._entries: dict[str, Entry] = {}
-        for entry in entries:
+        self._broken: list[str] | None = None if group else []
+        for entry in (*entries, *extensions().get(group, ())):
             self.add(entry)
 
     def add(self, entry: Entry) -> None:
@@ -64,11 +87,45 @@ class Registry(Mapping[str, Entry], Generic[T]):
             raise ValueError(f"`{min(taken)}` already stands for another {self.kind}")
         self._entries[entry.name] = entry
 
+    def entry(self, name: str) -> Entry:
+        """What is registered under a name. Unregistered: nothing is; the message says what there is, and what other
+        packages have that cannot be used."""
+        broken = [] if name in self._entries else self.find_others()
+        if name not in self._entries:
+            there = f"there is no {self.kind} `{name}`; there are: {', '.join(self._entries)}"
+            raise Unregistered("; ".join([there, *broken]))
+        return self._entries[name]
+
     def load(self, name: str) -> T:
         """What is at the place of the entry. Unregistered."""
-        if name not in self._entries:
-            raise Unregistered(f"there is no {self.kind} `{name}`; there are: {', '.join(self._entries)}")
-        return cast(T, self._entries[name].load())
+        return cast(T, self.entry(name).load())
+
+    def find_others(self) -> list[str]:
+        """Add what other packages register, once; sentences about what cannot be used."""
+        if self._broken is None:
+            from importlib.metadata import entry_points
+
+            self._broken = []
+            for point in sorted(entry_points(group=self.group), key=lambda p: p.name):
+                try:
+                    self.add(self.entry_at(point))
+                except Exception as error:  # noqa: BLE001 - whatever is wrong with one of others, ours go on
+                    where = "" if point.dist is None else f" of {point.dist.name}"
+                    why = f"{type(error).__name__}: {error}"
+                    self._broken.append(f"the {self.kind} `{point.name}`{where} cannot be used ({why})")
+        return self._broken
+
+    def entry_at(self, point: EntryPoint) -> Entry:
+        """The entry of another package. It raises whatever is wrong with it."""
+        entry = point.load()
+        if not isinstance(entry, Entry):
+            raise TypeError(f"{point.value} is not an Entry")
+        return entry
+
+    @property
+    def binary(self) -> frozenset[str]:
+        """The names of what is not text."""
+        return frozenset(entry.name for entry in self._entries.values() if entry.binary)
 
     @property
     def suffixes(self) -> dict[str, str]:
@@ -90,22 +147,23 @@ class Registry(Mapping[str, Entry], Generic[T]):
         return len(self._entries)
 
 
-def add_others(registry: Registry[T], group: str, entry_at: Callable[[EntryPoint], Entry]) -> list[str]:
-    """Add what other packages register under an entry point group; sentences about what cannot be used.
+@cache
+def extensions() -> Mapping[str, tuple[Entry, ...]]:
+    """What the extensions of this package register, by group; nothing where their folder is missing.
 
-    `entry_at` gets the entry at an entry point, or raises.
+    This is the only place that knows of them. Each says in its `__init__.py` what it adds.
     """
-    from importlib.metadata import entry_points
-
-    broken = []
-    for point in sorted(entry_points(group=group), key=lambda p: p.name):
-        try:
-            registry.add(entry_at(point))
-        except Exception as error:  # noqa: BLE001 - whatever is wrong with one of others, ours go on
-            where = "" if point.dist is None else f" of {point.dist.name}"
-            why = f"{type(error).__name__}: {error}"
-            broken.append(f"the {registry.kind} `{point.name}`{where} cannot be used ({why})")
-    return broken
+    try:
+        folder = import_module(EXTENSIONS)
+    except ModuleNotFoundError as error:
+        if error.name != EXTENSIONS:
+            raise
+        return {}
+    found: dict[str, tuple[Entry, ...]] = {}
+    for path in sorted(Path(folder.__path__[0]).glob("*/__init__.py")):
+        for group, entries in import_module(f"{EXTENSIONS}.{path.parent.name}").ENTRIES.items():
+            found[group] = (*found.get(group, ()), *entries)
+    return found
 
 
 def meant(word: str, names: Iterable[str]) -> str:

@@ -16,17 +16,18 @@ from llfsm_verify.registry import Entry, Registry, Unregistered
 from llfsm_verify.report.drawing.formats import DRAWINGS, PICTURES
 from llfsm_verify.report.formats import REPORTS
 from llfsm_verify.report.schemas import SCHEMAS
+from llfsm_verify.report.timeline.formats import TIMELINES
+from llfsm_verify.runtime.deciding.logs.formats import LOGS
 from llfsm_verify.runtime.ports.kinds import PORTS
 from llfsm_verify.verification.engines import ENGINES, FEATURES, GROUP, EngineEntry, Engines, Turn, table
 from llfsm_verify.verification.portfolio import stages_of
 from tests.cli.running import LIGHTS, llfsm
 
 ALL: dict[str, Registry[object]] = {
-    "arrangements": ARRANGEMENTS, "drawings": DRAWINGS, "engines": ENGINES, "lint": REPORTS.lint, "machines": MACHINES,
-    "models": MODELS, "ports": PORTS, "access": REPORTS.access,
-    "queries": REPORTS.query, "results": REPORTS.result, "schemas": SCHEMAS,
-    "structures": STRUCTURES, "pictures": PICTURES, "syntaxes": TABLES, "policies": POLICIES,
-    "writers": WRITERS,
+    "arrangements": ARRANGEMENTS, "drawings": DRAWINGS, "engines": ENGINES, "lint": REPORTS.lint, "logs": LOGS,
+    "machines": MACHINES, "models": MODELS, "ports": PORTS, "access": REPORTS.access, "queries": REPORTS.query,
+    "results": REPORTS.result, "schemas": SCHEMAS, "structures": STRUCTURES, "pictures": PICTURES,
+    "syntaxes": TABLES, "policies": POLICIES, "writers": WRITERS, "timelines": TIMELINES,
 }  # fmt: skip
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from llfsm_verify.report.drawing.formats import BINARY, DRAWINGS
+from llfsm_verify.report.drawing.formats import DRAWINGS
 
 OTHER_PICTURES = frozenset({".jpg", ".jpeg", ".gif", ".webp", ".bmp", ".pdf", ".ps", ".eps"})
 """Endings of formats that we do not draw: nothing of ours is written under such a name."""
@@ -24,6 +24,6 @@ def drawing_format(wanted: str | None, output: str | None) -> str:
     if wanted is not None and meant not in (None, wanted):
         raise WrongEnding(f"`{output}` ends like {meant}, and --format says {wanted}")
     chosen = wanted or meant or next(iter(DRAWINGS))
-    if chosen in BINARY and output in (None, "-"):
+    if chosen in DRAWINGS.binary and output in (None, "-"):
         raise WrongEnding(f"{chosen} is not text: name a file with -o")
     return chosen

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, cast, get_args
 
 from llfsm_verify.checking.engine_option import EngineFeature, EngineOption, EngineOptions
-from llfsm_verify.registry import Entry, Registry, Unregistered, add_others, at
+from llfsm_verify.registry import Entry, Registry, at
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -99,26 +99,16 @@ FEATURES = (
 
 
 class Engines(Registry[Callable[..., object]]):
-    """Ours, and those of others, which are looked for when a name is asked for that is not ours."""
+    """Ours, and those of others, which never take turns."""
 
     def __init__(self, kind: str, entries: Iterable[EngineEntry]) -> None:
-        super().__init__(kind, entries)
-        self._broken: list[str] | None = None
+        super().__init__(kind, entries, GROUP)
 
     def entry(self, name: str) -> EngineEntry:
-        """What an engine says of itself. Unregistered: there is none of this name; the message says what there is, and
-        which engines of others cannot be used."""
-        broken = [] if name in self else self.find_others()
-        if name not in self:
-            raise Unregistered("; ".join([f"there is no engine `{name}`; there are: {', '.join(self)}", *broken]))
-        found = self[name]
+        """What an engine says of itself. Unregistered."""
+        found = super().entry(name)
         assert isinstance(found, EngineEntry)
         return found
-
-    def load(self, name: str) -> Callable[..., object]:
-        """What is at the place of the entry. Unregistered."""
-        self.entry(name)
-        return super().load(name)
 
     def classes(self) -> tuple[type[EngineOptions], ...]:
         """The classes of the options that engines have as their own."""
@@ -154,20 +144,14 @@ class Engines(Registry[Callable[..., object]]):
         *most, last = [e.name for e in entries if e.takes(option) and not e.asks_others]
         return f"{', '.join(most)} and {last}" if most else last
 
-    def find_others(self) -> list[str]:
-        """Add the engines that other packages register, once; sentences about those that cannot be used."""
-        if self._broken is None:
-            self._broken = add_others(self, GROUP, _entry_at)
-        return self._broken
-
-
-def _entry_at(point: EntryPoint) -> EngineEntry:
-    entry = point.load()
-    if not isinstance(entry, EngineEntry):
-        raise TypeError(f"{point.value} is not an EngineEntry")
-    if entry.turns or entry.asks_others:
-        raise ValueError("only our own engines take turns in `auto` and ask others")
-    return entry
+    def entry_at(self, point: EntryPoint) -> EngineEntry:
+        """See `Registry`."""
+        entry = point.load()
+        if not isinstance(entry, EngineEntry):
+            raise TypeError(f"{point.value} is not an EngineEntry")
+        if entry.turns or entry.asks_others:
+            raise ValueError("only our own engines take turns in `auto` and ask others")
+        return entry
 
 
 ENGINES = Engines(

@@ -14,7 +14,7 @@ from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.usage import usage
 from llfsm_verify.collector import do_more_tasks
 from llfsm_verify.runtime.debugging.paths import DebugError
-from llfsm_verify.runtime.debugging.session import Driven, Session
+from llfsm_verify.runtime.debugging.session import FRONT_ENDS, Driven, Session
 from llfsm_verify.runtime.stepping.drawing import DrawingError
 
 UNEXPECTED, IMPOSSIBLE = 1, 2
@@ -41,10 +41,8 @@ def run(options: Namespace) -> int:
         except DrawingError as wrong:
             return usage(f"--{wrong}")
         output = Output()
-        if asks and not options.plain and isinstance(driven, Session):
-            from llfsm_verify.cli.debug_panes import run_panes
-
-            return run_panes(driven)
+        if asks and not options.plain and isinstance(driven, Session) and FRONT_ENDS:
+            return FRONT_ENDS.load(next(iter(FRONT_ENDS)))(driven)
         if asks:
             return _asked(driven, output)
         lines: Iterable[str] = given

@@ -16,7 +16,7 @@ from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES
 from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic.properties import PLAIN, Feature
-from llfsm_verify.report.drawing.formats import BINARY, PICTURES
+from llfsm_verify.report.drawing.formats import PICTURES
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
@@ -26,7 +26,7 @@ EXPLORING = ("max_states", "memory", "timeout", "partial", "large")
 """Options that say something about the exploration, or about what it found."""
 SHOWN: frozenset[Feature] = frozenset({"regular", "automaton", "past", "expressions"})
 """Of these a structure shows the atoms; bounds in time would need the time of each step."""
-NO_TEXT = BINARY | {"npz"}
+NO_TEXT = STRUCTURES.binary | PICTURES.binary
 CUT_SHORT = 4
 """The exit code when a limit ended the exploration or the writing."""
 

@@ -94,9 +94,7 @@ def run(options: Namespace) -> int:
 
 def _refuse_misuse(options: Namespace, wanted: str) -> None:
     """UsageError: options that do not go together."""
-    from llfsm_verify.cli.io.timelines import BINARY
-
-    if wanted in BINARY and options.output in (None, "-"):
+    if wanted in TIMELINES.binary and options.output in (None, "-"):
         raise UsageError(f"{wanted} is not text: name a file with -o")
     if wanted == TABLE and options.output is not None:
         raise UsageError(f"-o is for --format {JSON}, {', '.join(TIMELINES)}")

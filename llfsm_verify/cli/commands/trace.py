@@ -11,7 +11,7 @@ from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.saved import announce
-from llfsm_verify.cli.io.timelines import BINARY, write_timeline
+from llfsm_verify.cli.io.timelines import write_timeline
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.cli.usage import usage
@@ -39,7 +39,7 @@ def run(options: Namespace) -> int:
         return usage(f"say which format: --to {', '.join((*TIMELINES, TRACE))}, or an output that ends like one")
     if meant not in (None, wanted):
         return usage(f"`{options.output}` ends like {meant}, and --to says {wanted}")
-    if wanted in BINARY and options.output in (None, "-"):
+    if wanted in TIMELINES.binary and options.output in (None, "-"):
         return usage(f"{wanted} is not text: name a file with -o")
     if wanted == TRACE:
         return _saved(options)

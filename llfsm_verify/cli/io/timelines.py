@@ -15,8 +15,6 @@ from llfsm_verify.report.timeline.formats import TIMELINES
 if TYPE_CHECKING:
     from llfsm_verify.report.timeline.timeline import Timeline
 
-BINARY = frozenset({"mcap"})
-
 
 def write_timeline(timeline: Timeline, wanted: str, output: str | None) -> None:
     """To a file as a whole, or to standard output (None, "-"). DiagnosticError (E487): it cannot be written there."""

@@ -17,7 +17,7 @@ STRUCTURES: Registry[Callable[[Structure], Iterable[str | bytes]]] = Registry(
         Entry("dot", "llfsm_verify.kripke.export.dot:dot", "a drawing", (".dot", ".gv")),
         Entry("graphml", "llfsm_verify.kripke.export.graphml:graphml", "GraphML", (".graphml",)),
         Entry("aut", "llfsm_verify.kripke.export.aut:aut", "CADP's Aldébaran format", (".aut",)),
-        Entry("npz", "llfsm_verify.kripke.export.npz:npz", "arrays of NumPy", (".npz",)),
+        Entry("npz", "llfsm_verify.kripke.export.npz:npz", "arrays of NumPy", (".npz",), binary=True),
     ],
 )
 """Each gives the portions of a file."""

@@ -17,16 +17,16 @@ DRAWINGS: Registry[Callable[[Graph], str | bytes]] = Registry(
         Entry("dot", "llfsm_verify.report.drawing.dot:dot", "the DOT language of Graphviz", (".dot", ".gv")),
         Entry("mermaid", "llfsm_verify.report.drawing.mermaid:mermaid", "Mermaid's text", (".mmd", ".mermaid")),
         Entry("svg", "llfsm_verify.report.drawing.pictures:svg", "a picture, laid out by Graphviz", (".svg",)),
-        Entry("png", "llfsm_verify.report.drawing.pictures:png", "the same picture in pixels", (".png",)),
+        Entry("png", "llfsm_verify.report.drawing.pictures:png", "the same picture in pixels", (".png",), binary=True),
     ],
 )
 PICTURES: Registry[Callable[[Structure], Iterable[bytes]]] = Registry(
     "format of pictures",
     [
         Entry("svg", "llfsm_verify.report.drawing.structures:svg", "a picture, laid out by Graphviz", (".svg",)),
-        Entry("png", "llfsm_verify.report.drawing.structures:png", "the same picture in pixels", (".png",)),
+        Entry(
+            "png", "llfsm_verify.report.drawing.structures:png", "the same picture in pixels", (".png",), binary=True
+        ),
     ],
 )
 """Of Kripke structures; each gives the portions of a file."""
-BINARY = frozenset({"png"})
-"""What is not text."""

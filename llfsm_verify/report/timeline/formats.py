@@ -17,6 +17,6 @@ TIMELINES: Registry[Callable[[Timeline, BinaryIO], None]] = Registry(
         Entry("vcd", "llfsm_verify.report.timeline.vcd:write_vcd", "for GTKWave and other viewers", (".vcd",)),
         Entry("svg", "llfsm_verify.report.timeline.diagram:write_svg", "a timing diagram", (".svg",)),
         Entry("itf", "llfsm_verify.report.timeline.itf:write_itf", "for Apalache and Quint", (".itf.json",)),
-        Entry("mcap", "llfsm_verify.report.timeline.mcap:write_mcap", "for Foxglove and robotics tools", (".mcap",)),
     ],
+    "llfsm_verify.timelines",
 )

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Protocol
 
 from llfsm_verify.arrangement.model import ACTION_KINDS
 from llfsm_verify.diagnostics import DiagnosticError, counted, without_controls
+from llfsm_verify.registry import Registry
 from llfsm_verify.runtime.debugging.answers import Answer, Part, Steps, Table
 from llfsm_verify.runtime.debugging.commands import BY_NAME, COMMANDS, Given, parse
 from llfsm_verify.runtime.debugging.debugger import Debugger, Went
@@ -237,3 +238,7 @@ def helped(words: tuple[str, ...]) -> Answer:
     if command is None:
         raise DebugError(f"there is no command `{words[0][:40]}`; `help` lists them")
     return Answer((f"{command.usage} (short: {command.short}): {command.about}",))
+
+
+FRONT_ENDS: Registry[Callable[[Session], int]] = Registry("front end of the debugger", (), "llfsm_verify.debuggers")
+"""Each shows a session on a terminal until its user ends it; the exit code. The first is asked."""

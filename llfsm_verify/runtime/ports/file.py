@@ -13,7 +13,7 @@ from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.program.program import Choice
 from llfsm_verify.runtime.live.slots import Slot
 from llfsm_verify.runtime.ports.codes import SHARED, UNKNOWN
-from llfsm_verify.runtime.ports.kinds import PORTS, kind_named
+from llfsm_verify.runtime.ports.kinds import PORTS
 from llfsm_verify.runtime.ports.port import ON_FAILURE, Kind, OnFailure, PortSpec
 from llfsm_verify.runtime.stepping.duration import duration_ms
 from llfsm_verify.values import ValueProblem, choice_value
@@ -153,12 +153,13 @@ class _Reader:
         scalar = self.report.scalar(node, f"the kind of {what}")
         if scalar is None:
             return None
-        kind, broken = kind_named(scalar.text)
-        if kind is None:
+        broken = [] if scalar.text in PORTS else PORTS.find_others()
+        if scalar.text not in PORTS:
             hint = did_you_mean(scalar.text, PORTS) or f"write {_or(PORTS)}"
             message = f"there is no kind of port `{scalar.text[:60]}`"
             self.report.error(UNKNOWN, message, mark(scalar), hint, tuple(broken))
-        return kind
+            return None
+        return PORTS.load(scalar.text)
 
     def _entries(self, node: Node | None, key: str, kind: Kind, what: str) -> dict[str, str]:
         """The field of each input or slot; in a list, each has its own name."""

@@ -43,15 +43,7 @@ class NoColumn(Exception):
 
 LOGS: Registry[Callable[[str, Wanted], Iterator[Row]]] = Registry(
     "format of logs",
-    [
-        Entry("csv", "llfsm_verify.runtime.deciding.logs.csv:read_csv", "a header, and a line for each row", (".csv",)),
-        Entry("mcap", "llfsm_verify.runtime.deciding.logs.mcap:read_mcap", "messages in JSON, of a topic", (".mcap",)),
-        Entry(
-            "parquet",
-            "llfsm_verify.runtime.deciding.logs.parquet:read_parquet",
-            "tables of Apache Arrow",
-            (".parquet",),
-        ),
-    ],
+    [Entry("csv", "llfsm_verify.runtime.deciding.logs.csv:read_csv", "a header, and a line for each row", (".csv",))],
+    "llfsm_verify.logs",
 )
 """A reader yields the rows in their order. It raises NoColumn, Unreadable, OSError."""

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
 
-from llfsm_verify.runtime.deciding.logs.cells import cell_text
-from llfsm_verify.runtime.deciding.logs.formats import NoColumn, Row, Unreadable, Wanted
+from llfsm_verify.plug import NoColumn, Row, Unreadable, Wanted, cell_text
 
 TIME = "log_time"
 """A column that every message has: nanoseconds."""
@@ -18,7 +17,7 @@ def read_mcap(path: str, wanted: Wanted) -> Iterator[Row]:
     """The rows, in the order of their times. A column is a field of the topic, or `TOPIC:FIELD` of another one.
 
     A field in an object is `OBJECT.FIELD`. The topic need not be named where there is only one. Raises as
-    `formats.LOGS` says; ModuleNotFoundError: mcap is not installed.
+    `plug.LOGS` says; ModuleNotFoundError: mcap is not installed.
     """
     from mcap.reader import make_reader
 

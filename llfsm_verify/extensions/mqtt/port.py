@@ -13,8 +13,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from llfsm_verify.runtime.ports.port import Link, Unopened
-from llfsm_verify.values import Shown, text
+from llfsm_verify.plug import Link, Shown, Unopened, text
 
 if TYPE_CHECKING:
     from paho.mqtt.client import Client, MQTTMessageInfo

@@ -6,9 +6,7 @@ import json
 from decimal import Decimal
 from typing import BinaryIO
 
-from llfsm_verify.jsonvalue import Json
-from llfsm_verify.report.timeline.timeline import Signal, Timeline
-from llfsm_verify.values import Shown
+from llfsm_verify.plug import Json, Shown, Signal, Timeline
 
 
 def write_mcap(timeline: Timeline, file: BinaryIO) -> None:

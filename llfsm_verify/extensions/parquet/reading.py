@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from llfsm_verify.runtime.deciding.logs.cells import cell_text
-from llfsm_verify.runtime.deciding.logs.formats import NoColumn, Row, Unreadable, Wanted
+from llfsm_verify.plug import NoColumn, Row, Unreadable, Wanted, cell_text
 
 
 def read_parquet(path: str, wanted: Wanted) -> Iterator[Row]:
-    """The rows. Raises as `formats.LOGS` says; ModuleNotFoundError: pyarrow is not installed."""
+    """The rows. Raises as `plug.LOGS` says; ModuleNotFoundError: pyarrow is not installed."""
     from pyarrow.parquet import ParquetFile
 
     if wanted.topic is not None:

@@ -7,12 +7,20 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from llfsm_verify.runtime.ports.line_port import LinePort
-from llfsm_verify.runtime.ports.numbers import whole_number
-from llfsm_verify.runtime.ports.port import Link, Started, Unopened
-from llfsm_verify.yaml.fields import Report
-from llfsm_verify.yaml.nodes import Node
-from llfsm_verify.yaml.tables import NUMBER, Field, Single, Table, Words
+from llfsm_verify.plug import (
+    NUMBER,
+    Field,
+    LinePort,
+    Link,
+    Node,
+    Report,
+    Single,
+    Started,
+    Table,
+    Unopened,
+    Words,
+    whole_number,
+)
 
 if TYPE_CHECKING:
     from serial import Serial

@@ -11,11 +11,7 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widgets import Footer, Input, Static
 from textual.worker import Worker, WorkerState
 
-from llfsm_verify.report.debugging import lines_of
-from llfsm_verify.runtime.debugging.answers import Answer
-from llfsm_verify.runtime.debugging.commands import parse
-from llfsm_verify.runtime.debugging.paths import DebugError
-from llfsm_verify.runtime.debugging.session import Session
+from llfsm_verify.plug import DebugAnswer, DebugError, DebugSession, lines_of, parse_command
 
 PANES = {"machines": "show", "inputs": "inputs", "state": "list", "guards": "why", "steps": "history 12"}
 """The commands whose answers stand in the panes."""
@@ -48,7 +44,7 @@ class Panes(App[int]):
     ENABLE_COMMAND_PALETTE = False
     AUTO_FOCUS = None
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: DebugSession) -> None:
         super().__init__()
         self._session = session
         self._code = 0
@@ -86,7 +82,7 @@ class Panes(App[int]):
             self._tell("a command is under way; Escape stops it")
             return
         try:
-            if parse(line) is None:
+            if parse_command(line) is None:
                 return
         except DebugError as error:
             self._tell(str(error))
@@ -94,7 +90,7 @@ class Panes(App[int]):
         self.is_busy = True
         self.run_worker(lambda: self._done(line), thread=True, exit_on_error=False)
 
-    def _done(self, line: str) -> Answer | str:
+    def _done(self, line: str) -> DebugAnswer | str:
         """In the thread: the answer, or why there is none."""
         try:
             return self._session.do(line)
@@ -110,7 +106,7 @@ class Panes(App[int]):
             return
         self.is_busy = False
         result = event.worker.result
-        if isinstance(result, Answer):
+        if isinstance(result, DebugAnswer):
             if result.expected is False:
                 self._code = 1
             if result.quits:
@@ -178,7 +174,7 @@ class Panes(App[int]):
         self.query_one("#told", Static).update(Text(told) if isinstance(told, str) else told)
 
 
-def run_panes(session: Session) -> int:
+def run_panes(session: DebugSession) -> int:
     """Show the panes until somebody quits; the exit code."""
     panes = Panes(session)
     code = panes.run() or 0

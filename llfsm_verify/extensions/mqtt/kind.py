@@ -4,13 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from llfsm_verify.runtime.ports.codes import UNKNOWN
-from llfsm_verify.runtime.ports.mqtt import MqttPort, MqttSettings
-from llfsm_verify.runtime.ports.numbers import whole_number
-from llfsm_verify.runtime.ports.port import Link, Started
-from llfsm_verify.yaml.fields import Report
-from llfsm_verify.yaml.nodes import Node, mark
-from llfsm_verify.yaml.tables import NUMBER, TRUTHS, Field, Single, Table, Words
+from llfsm_verify.extensions.mqtt.port import MqttPort, MqttSettings
+from llfsm_verify.plug import (
+    NUMBER,
+    TRUTHS,
+    WRONG_PORT,
+    Field,
+    Link,
+    Node,
+    Report,
+    Single,
+    Started,
+    Table,
+    Words,
+    mark,
+    whole_number,
+)
 
 MOST_TOPIC = 65_535
 
@@ -52,7 +61,7 @@ class Mqtt:
                 words[key] = scalar.text
         if "password_env" in words and "username" not in found:
             message = f"{what} has a `password_env` and no `username`"
-            report.error(UNKNOWN, message, mark(found["password_env"]), "write `username: …`")
+            report.error(WRONG_PORT, message, mark(found["password_env"]), "write `username: …`")
         port = whole_number(report, found, "port", 1, 65_535, 1883)
         qos = whole_number(report, found, "qos", 0, 2, 1)
         keepalive = whole_number(report, found, "keepalive", 1, 3600, 15)

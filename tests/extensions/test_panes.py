@@ -11,7 +11,7 @@ from textual.pilot import Pilot  # noqa: TC002 - it is what tests are driven by
 from textual.widgets import Static
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.cli.debug_panes import KEYS, Panes
+from llfsm_verify.extensions.terminal.panes import KEYS, Panes
 from llfsm_verify.runtime.debugging.commands import parse
 from llfsm_verify.runtime.debugging.debugger import Debugger
 from llfsm_verify.runtime.debugging.paths import Free

@@ -1,0 +1,119 @@
+"""What an extension, or another package, may know of us besides the front door: the protocols of what can be added.
+
+An engine, a kind of port, a reader of logs, a format of timelines, a report and a front end of the debugger each have
+a registry, an entry and a protocol here. As in the front door, each name is imported when it is first
+asked for. There is no target yet.
+"""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False  # as in the front door
+
+if TYPE_CHECKING:
+    from llfsm_verify.checking.engine import Answer, Given, Holds, Session, Unknown, Violated
+    from llfsm_verify.checking.goals.goal import Goal
+    from llfsm_verify.checking.replay.confirm import Schedule
+    from llfsm_verify.jsonvalue import Json
+    from llfsm_verify.limits import LimitReached, tick
+    from llfsm_verify.program.moves import Move
+    from llfsm_verify.registry import Entry, Package
+    from llfsm_verify.report.debugging import lines_of
+    from llfsm_verify.report.formats import REPORTS, Style, Written
+    from llfsm_verify.report.timeline.formats import TIMELINES
+    from llfsm_verify.report.timeline.timeline import Row as TimelineRow
+    from llfsm_verify.report.timeline.timeline import Signal, Timeline
+    from llfsm_verify.runtime.debugging.answers import Answer as DebugAnswer
+    from llfsm_verify.runtime.debugging.commands import parse as parse_command
+    from llfsm_verify.runtime.debugging.paths import DebugError
+    from llfsm_verify.runtime.debugging.session import FRONT_ENDS
+    from llfsm_verify.runtime.debugging.session import Session as DebugSession
+    from llfsm_verify.runtime.deciding.logs.cells import cell_text
+    from llfsm_verify.runtime.deciding.logs.formats import LOGS, NoColumn, Row, Unreadable, Wanted
+    from llfsm_verify.runtime.ports.codes import UNKNOWN as WRONG_PORT
+    from llfsm_verify.runtime.ports.kinds import PORTS
+    from llfsm_verify.runtime.ports.line_port import LinePort
+    from llfsm_verify.runtime.ports.numbers import whole_number
+    from llfsm_verify.runtime.ports.port import Kind as PortKind
+    from llfsm_verify.runtime.ports.port import Link, Port, Started, Unopened
+    from llfsm_verify.values import Shown, text
+    from llfsm_verify.verification.engines import ENGINES, EngineEntry, Turn
+    from llfsm_verify.yaml.fields import Report
+    from llfsm_verify.yaml.nodes import Node, mark
+    from llfsm_verify.yaml.tables import NUMBER, TRUTHS, Field, Single, Table, Words
+
+_PLACES = {
+    "checking.engine": {
+        "Answer": "Answer",
+        "Given": "Given",
+        "Holds": "Holds",
+        "Session": "Session",
+        "Unknown": "Unknown",
+        "Violated": "Violated",
+    },
+    "checking.goals.goal": {"Goal": "Goal"},
+    "checking.replay.confirm": {"Schedule": "Schedule"},
+    "jsonvalue": {"Json": "Json"},
+    "limits": {"LimitReached": "LimitReached", "tick": "tick"},
+    "program.moves": {"Move": "Move"},
+    "registry": {"Entry": "Entry", "Package": "Package"},
+    "report.debugging": {"lines_of": "lines_of"},
+    "report.formats": {"REPORTS": "REPORTS", "Style": "Style", "Written": "Written"},
+    "report.timeline.formats": {"TIMELINES": "TIMELINES"},
+    "report.timeline.timeline": {"TimelineRow": "Row", "Signal": "Signal", "Timeline": "Timeline"},
+    "runtime.debugging.answers": {"DebugAnswer": "Answer"},
+    "runtime.debugging.commands": {"parse_command": "parse"},
+    "runtime.debugging.paths": {"DebugError": "DebugError"},
+    "runtime.debugging.session": {"FRONT_ENDS": "FRONT_ENDS", "DebugSession": "Session"},
+    "runtime.deciding.logs.cells": {"cell_text": "cell_text"},
+    "runtime.deciding.logs.formats": {
+        "LOGS": "LOGS",
+        "NoColumn": "NoColumn",
+        "Row": "Row",
+        "Unreadable": "Unreadable",
+        "Wanted": "Wanted",
+    },
+    "runtime.ports.codes": {"WRONG_PORT": "UNKNOWN"},
+    "runtime.ports.kinds": {"PORTS": "PORTS"},
+    "runtime.ports.line_port": {"LinePort": "LinePort"},
+    "runtime.ports.numbers": {"whole_number": "whole_number"},
+    "runtime.ports.port": {
+        "PortKind": "Kind",
+        "Link": "Link",
+        "Port": "Port",
+        "Started": "Started",
+        "Unopened": "Unopened",
+    },
+    "values": {"Shown": "Shown", "text": "text"},
+    "verification.engines": {"ENGINES": "ENGINES", "EngineEntry": "EngineEntry", "Turn": "Turn"},
+    "yaml.fields": {"Report": "Report"},
+    "yaml.nodes": {"Node": "Node", "mark": "mark"},
+    "yaml.tables": {
+        "NUMBER": "NUMBER",
+        "TRUTHS": "TRUTHS",
+        "Field": "Field",
+        "Single": "Single",
+        "Table": "Table",
+        "Words": "Words",
+    },
+}
+"""Where each name is, below this package, and what it is called there."""
+
+__all__ = [
+    "ENGINES", "FRONT_ENDS", "LOGS", "NUMBER", "PORTS", "REPORTS", "TIMELINES", "TRUTHS", "WRONG_PORT", "Answer",
+    "DebugAnswer", "DebugError", "DebugSession", "EngineEntry", "Entry", "Field", "Given", "Goal", "Holds", "Json",
+    "LimitReached", "LinePort", "Link", "Move", "NoColumn", "Node", "Package", "Port", "PortKind", "Report", "Row",
+    "Schedule", "Session", "Shown", "Signal", "Single", "Started", "Style", "Table", "Timeline", "TimelineRow",
+    "Turn", "Unknown", "Unopened", "Unreadable", "Violated", "Wanted", "Words", "Written", "cell_text", "lines_of",
+    "mark", "parse_command", "text", "tick", "whole_number",
+]  # fmt: skip
+
+if not TYPE_CHECKING:  # a type checker shall find a name that there is not
+
+    def __getattr__(name: str) -> object:
+        from importlib import import_module
+
+        for place, names in _PLACES.items():
+            if name in names:
+                found = globals()[name] = getattr(import_module(f"llfsm_verify.{place}"), names[name])
+                return found
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
