@@ -16,8 +16,10 @@ import yaml
 
 from llfsm_verify import plug
 from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.extensions.mqtt.kind import Mqtt
 from llfsm_verify.registry import extensions
-from llfsm_verify.runtime.ports.schema import load
+from llfsm_verify.runtime.ports.file import PORT, schema
+from llfsm_verify.yaml.tables import rows
 from tests.runtime.ports.bench import declared
 
 ROOT = Path(__file__).parents[2]
@@ -52,7 +54,13 @@ def test_the_schema_takes_what_the_reader_takes(port: str, tmp_path: Path) -> No
     text = f"ports: {{a: {port}}}\n"
     (spec,) = declared(text, tmp_path)
     assert spec.outputs
-    jsonschema.Draft202012Validator(load("ports")).validate(yaml.safe_load(text))
+    jsonschema.Draft202012Validator(schema("ports")).validate(yaml.safe_load(text))
+
+
+def test_the_page_says_of_keys_what_their_table_says() -> None:
+    page = (ROOT / "docs/ports.md").read_text("utf-8").splitlines()
+    kind = [field for field in PORT.fields if field.name == "kind"]
+    assert [row for row in rows((*kind, *Mqtt.table.fields)) if row not in page] == []
 
 
 def test_every_entry_of_an_extension_is_there() -> None:

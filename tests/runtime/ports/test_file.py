@@ -8,7 +8,6 @@ from typing import Any
 import jsonschema
 import pytest
 import yaml
-from llfsm_verify.runtime.ports.mqtt_kind import Mqtt
 
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.registry import Entry
@@ -106,7 +105,8 @@ def test_the_schema_has_every_kind_with_its_keys() -> None:
 
 def test_the_page_says_of_keys_what_their_tables_say() -> None:
     page = Path("docs/ports.md").read_text("utf-8").splitlines()
-    assert [row for row in rows((*PORT.fields, *Mqtt.table.fields)) if row not in page] == []
+    others = [field for field in PORT.fields if field.name != "kind"]  # extensions add kinds
+    assert [row for row in rows(others) if row not in page] == []
 
 
 class Broken(CallbackPort):
