@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ class Registry(Mapping[str, Entry], Generic[T]):
         self.group = group
         self._entries: dict[str, Entry] = {}
         self._broken: list[str] | None = None if group else []
-        for entry in (*entries, *extensions().get(group, ())):
+        for entry in (*entries, *(extensions().get(group, ()) if group else ())):
             self.add(entry)
 
     def add(self, entry: Entry) -> None:
@@ -160,8 +161,8 @@ def extensions() -> Mapping[str, tuple[Entry, ...]]:
             raise
         return {}
     found: dict[str, tuple[Entry, ...]] = {}
-    for path in sorted(Path(folder.__path__[0]).glob("*/__init__.py")):
-        for group, entries in import_module(f"{EXTENSIONS}.{path.parent.name}").ENTRIES.items():
+    for module in sorted(each.name for each in iter_modules(folder.__path__) if each.ispkg):
+        for group, entries in import_module(f"{EXTENSIONS}.{module}").ENTRIES.items():
             found[group] = (*found.get(group, ()), *entries)
     return found
 

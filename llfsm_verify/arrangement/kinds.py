@@ -9,7 +9,7 @@ from llfsm_verify.diagnostics import Diagnostic, Source, Span
 
 Kind = Literal["arrangement", "machine", "policy", "properties", "trace"]
 
-# A key at the left margin with a block or a flow collection behind it.
+# A key at the left margin with a block or a flow collection after it.
 _BLOCK = r"^{}[ \t]*:[ \t]*(?:[#&{{\[].*)?\r?$"
 _ARRANGEMENT = re.compile(_BLOCK.format("(?:machines|schedule|processes|whiteboard)"), re.MULTILINE)
 _STATES = re.compile(_BLOCK.format("states"), re.MULTILINE)

@@ -95,7 +95,7 @@ def _untimed(last: frozenset[str], atoms: Sequence[str]) -> Iterator[tuple[Word,
 
 
 def _timed(last: frozenset[str], atoms: Sequence[str]) -> Iterator[tuple[Word, Word]]:
-    """Stems and loops: time passes behind every letter, or behind every second round after it stood still for one."""
+    """Stems and loops: time passes after every letter, or after every second round after it stood still for one."""
     for loop in continuations(last, [a for a in atoms if a != TICK]):
         ticking = tuple(letter | {TICK} for letter in loop)
         yield (), ticking

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Violated:
-    """A run that violates a goal, or that ends in a fault. Nobody believes it before the executor has performed it.
+    """A run that violates a goal, or that ends in a fault. It counts only after the executor has performed it.
 
     Without a loop in its schedule the run is a bad prefix of the goal; under assumptions there has to be a loop.
     """

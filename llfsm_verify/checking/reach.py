@@ -8,17 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.kripke.explore import Explorer
-from llfsm_verify.kripke.labels.labels import Labels
 from llfsm_verify.limits import Budget
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
-from llfsm_verify.transforms.cone import Cone
+
+if TYPE_CHECKING:  # both are rarely there, and Z3 comes with labels
+    from llfsm_verify.kripke.labels.labels import Labels
+    from llfsm_verify.transforms.cone import Cone
 
 FIRST_LOOK = 2_000
 """Nodes after which a graph is first looked at; then each time it has grown so many times, so that what is near the

@@ -31,7 +31,7 @@ class VacuityFinding:
     subject: str
     """The subformula, letter or names of assumptions that it is about."""
     witness: str | None = None
-    """A stronger formula that holds, too, as it would be written in a property file."""
+    """A stronger formula that also holds, as it would be written in a property file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ class Vacuity:
     never: tuple[str, ...] = ()
     always: tuple[str, ...] = ()
     accepted: bool = False
-    """Somebody said that the findings are known."""
+    """The findings are said to be known."""
 
     @property
     def fails(self) -> bool:

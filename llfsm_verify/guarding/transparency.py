@@ -86,7 +86,8 @@ def _explored(both: Lockstep, budget: Budget) -> Transparent | Different | Unpro
 
 
 def _performed(both: Lockstep, values: Mapping[str, Value], run: FaultRun) -> Different:
-    """The run in both arrangements, each by itself. Disagreement: they do not differ at its end."""
+    """The run in both arrangements, each by itself. Disagreement: one ends in a fault that was not found, or they do
+    not differ at the end."""
     guarded, original = Execution(both.guarded), Execution(both.original)
     after, before = (
         each.layout.encode_record({**values, **extra, **each.layout.initial_outputs()})
@@ -99,11 +100,16 @@ def _performed(both: Lockstep, values: Mapping[str, Value], run: FaultRun) -> Di
         shown = guarded.describe(after, move, step, ())
         steps.append(shown)
         if step.status:
+            if step.status - 1 != run.fault:
+                raise Disagreement("the executor ends in another fault than the run that was found")
             return Different(tuple(steps), (), both.guarded.faults[step.status - 1].message)
         after = step.record
         if shown.machine in names and original.enabled(before):
             same = {name: move.choices[other] for name, other in both.named.items() if other in move.choices}
-            before = original.step(before, replace(move, choices=move.choices | same)).record
+            taken = original.step(before, replace(move, choices=move.choices | same))
+            if taken.status:
+                raise Disagreement("the original ends in a fault in the run that was found")
+            before = taken.record
     old, new = dict(original.shown(before)), dict(guarded.shown(after))
     found = tuple((name, text, new[name]) for name, text in old.items() if name in new and new[name] != text)
     if not found:

@@ -100,7 +100,7 @@ class Breadth(ProductSearch):
         self.start(starts)
 
     def start(self, starts: Iterable[ProductNode]) -> None:
-        """Search from these, too, when there is no other goal; distances are now those from the new ones."""
+        """Search from these as well when there is no other goal; distances are now those from the new ones."""
         keys = packed(starts)
         self._rows.reserve(max((key >> 32 for key in keys), default=0))
         self._fit()

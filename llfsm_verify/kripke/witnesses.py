@@ -1,4 +1,4 @@
-"""Witnesses: the moves behind the edges of a graph, found again when somebody asks."""
+"""Witnesses: the moves that the edges of a graph stand for, found again when they are asked for."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ class CompiledMonitors:
         places = by_word(self.atoms)
         text = monitor_text(self._tables, [atom_places(m.atoms, places) for m in monitors.values()])
         text = "\n".join([text, letters_text(self._tables, self.letter_words)])
-        self._code = MachineCode(lambda: text, "thorough", text)
+        self._code = MachineCode(lambda: text, "thorough")
         i64, pointer = ctypes.c_int64, ctypes.c_void_p
         self._letters = ctypes.CFUNCTYPE(i64, pointer, i64, pointer)(self._code.address("letters"))
         self._states = (ctypes.c_int64 * max(1, len(self._tables)))()

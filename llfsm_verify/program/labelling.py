@@ -38,7 +38,7 @@ from llfsm_verify.program.trees import rebuilt, with_branches
 LABEL, LABELLED = ".$label", ".$labelled"
 """Ends of the names of the outputs that tell the letter what a block has decided."""
 UNKNOWN = FaultSite("unknown", "a step met values of variables that its classes were not made for", None)
-"""The end of a step whose classes nobody has made (yet); no run of an arrangement ends in it."""
+"""The end of a step whose classes are not made (yet); no run of an arrangement ends in it."""
 _MARK = "~"
 """Begins the names of our locals, and parts those of our choices: no name of a user has it."""
 
@@ -83,7 +83,7 @@ class Classes:
             yield from self._sorted()
 
     def member(self, index: int) -> Expr:
-        """The representative's value of a member, behind `sample`."""
+        """The representative's value of a member, after `sample`."""
         if self.candidates:
             kind = self.members[0].type
             return found(self.number, [self._candidate(i, kind) for i in range(self.size)])

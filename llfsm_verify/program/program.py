@@ -238,7 +238,7 @@ EventKind = Literal[
 
 @dataclass(frozen=True, slots=True)
 class Emit:
-    """Tell observers what happens. Engines that nobody observes leave it out.
+    """Tell observers what happens. Engines that are not observed leave it out.
 
     `machine` is an index into `Program.machines`. Arguments: (state) for entry, exit, internal, on_suspend, on_resume
     and accept; (state, transition, value) for guard; (from, to) for suspend and resume, (from) for restart, none
@@ -368,6 +368,6 @@ class Program:
     refusals: tuple[FaultSite, ...] = ()
     """The places where a machine is refused what it may not do."""
     period: Fraction | None = None
-    """Milliseconds of logical time that a cycle takes; None: the arrangement is untimed, or nobody has said so."""
+    """Milliseconds of logical time that a cycle takes; None: the arrangement is untimed, or it is not said."""
     kept_as: str | None = field(default=None, init=False, compare=False, repr=False)
     """The name under which it is kept for later runs; a copy with other parts has none."""

@@ -83,7 +83,7 @@ class Definitions:
     # ------------------------------------------------------------ statements
 
     def run(self, block: Block, values: Values) -> None:
-        """Bring `values` to behind `block`. After a fault they mean nothing, but FAULT stays."""
+        """Bring `values` to the end of `block`. After a fault they mean nothing, but FAULT stays."""
         for s in block:
             self._statement(s, values)
 

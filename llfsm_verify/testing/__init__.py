@@ -13,11 +13,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from llfsm_verify.testing.run import Run, RunFailed
+    from llfsm_verify.testing.run import Run, RunFailed, Subject
     from llfsm_verify.testing.stateful import ArrangementStateMachine
     from llfsm_verify.testing.strategies import input_sequences, inputs, runs
     from llfsm_verify.testing.stretches import Stretch
-    from llfsm_verify.testing.subject import Subject, load
+    from llfsm_verify.testing.subject import load
     from llfsm_verify.testing.tested import UntestedWarning
 
 __all__ = [
@@ -38,7 +38,7 @@ _MODULES = {
     "Run": "run",
     "RunFailed": "run",
     "Stretch": "stretches",
-    "Subject": "subject",
+    "Subject": "run",
     "UntestedWarning": "tested",
     "input_sequences": "strategies",
     "inputs": "strategies",

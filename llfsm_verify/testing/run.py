@@ -45,7 +45,7 @@ class Run:
     that has failed goes no further.
     """
 
-    def __init__(self, subject: Tested, free: Mapping[str, Shown]) -> None:
+    def __init__(self, subject: Subject, free: Mapping[str, Shown]) -> None:
         """Raises RunFailed when the first configuration violates a property; ValueError: wrong `free`."""
         self.subject = subject
         self.free = dict(free)
@@ -245,3 +245,14 @@ class Run:
 
     def __repr__(self) -> str:
         return f"<run of {self.subject.arrangement.name}: {self.steps} steps, {self.changes} changes>"
+
+
+class Subject(Tested):
+    """An arrangement to be run at random, with monitors of its properties; compiled once, when it is first run."""
+
+    def start(self, free: Mapping[str, Shown] | None = None) -> Run:
+        """A new run, at the beginning. `free` gives values to inputs that never change and have no `init`.
+
+        Raises RunFailed when the first configuration already violates a property, ValueError for wrong `free`.
+        """
+        return Run(self, dict(free or {}))

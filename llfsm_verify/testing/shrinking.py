@@ -88,7 +88,7 @@ def _failing(run: Run, stretches: Sequence[Stretch]) -> Run | None:
     """A run of these stretches, if it fails as `run` does."""
     assert run.failure is not None
     try:
-        again = Run(run.subject, run.free)
+        again = run.subject.start(run.free)
         for stretch in stretches:
             again.take(stretch)
     except RunFailed as failed:

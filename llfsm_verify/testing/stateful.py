@@ -17,11 +17,11 @@ from hypothesis.stateful import INITIALIZE_RULE_MARKER, RULE_MARKER, RuleBasedSt
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.logic.reading import names_file
 from llfsm_verify.runtime.stepping.monitored import MonitoredSimulation
-from llfsm_verify.testing.run import RunFailed
+from llfsm_verify.testing.run import RunFailed, Subject
 from llfsm_verify.testing.shrinking import polish
 from llfsm_verify.testing.strategies import starts, stretches
 from llfsm_verify.testing.stretches import Stretch
-from llfsm_verify.testing.subject import Asked, Subject, found_beside, load
+from llfsm_verify.testing.subject import Asked, found_beside, load
 from llfsm_verify.testing.tested import UntestedWarning
 from llfsm_verify.testing.wrapped import Wrapper
 from llfsm_verify.values import Shown

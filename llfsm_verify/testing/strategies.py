@@ -9,9 +9,8 @@ from itertools import combinations
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.testing.run import Run, RunFailed
+from llfsm_verify.testing.run import Run, RunFailed, Subject
 from llfsm_verify.testing.stretches import Stretch
-from llfsm_verify.testing.subject import Subject
 from llfsm_verify.testing.tested import Knob, Tested
 from llfsm_verify.testing.wrapped import Wrapper, unwrap
 from llfsm_verify.values import Shown

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
@@ -11,24 +11,11 @@ from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import names_file, read_source
-from llfsm_verify.testing.run import Run
-from llfsm_verify.testing.tested import Tested
+from llfsm_verify.testing.run import Subject
 from llfsm_verify.testing.wrapped import Wrapper, unwrap
-from llfsm_verify.values import Shown
 
 Asked = str | Path | Sequence[str | Path]
 """Properties: the text of a property file, the path of one (a Path, or a str that ends in `.ltl`), or several."""
-
-
-class Subject(Tested):
-    """An arrangement to be run at random, with monitors of its properties; compiled once, when it is first run."""
-
-    def start(self, free: Mapping[str, Shown] | None = None) -> Run:
-        """A new run, at the beginning. `free` gives values to inputs that never change and have no `init`.
-
-        Raises RunFailed when the first configuration already violates a property, ValueError for wrong `free`.
-        """
-        return Run(self, dict(free or {}))
 
 
 def load(arrangement: str | Path | Arrangement | Wrapper, properties: Asked = ()) -> Subject:

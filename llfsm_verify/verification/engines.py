@@ -151,6 +151,10 @@ class Engines(Registry[Callable[..., object]]):
             raise TypeError(f"{point.value} is not an EngineEntry")
         if entry.turns or entry.asks_others:
             raise ValueError("only our own engines take turns in `auto` and ask others")
+        taken = {option.name for option in self.options()} | {option.flag for option in self.options()}
+        for option in (o for each in entry.classes() if each not in self.classes() for o in each.OPTIONS):
+            if {option.name, option.flag} & taken:
+                raise ValueError(f"there already is an option `{option.name}`")
         return entry
 
 

@@ -153,7 +153,7 @@ class _Composer:
         return target
 
     def tag(self, tag: str, span: Span) -> None:
-        """A tag is an error; the value behind it is read as if there were none, so that more errors are found."""
+        """A tag is an error; the value after it is read as if there were none, so that more errors are found."""
         written = self.source.text[span.start : span.end].split("\n", 1)[0].strip() or tag
         word = written.split()[0][:60] if written else tag
         name = word.lstrip("!")

@@ -34,7 +34,7 @@ def scalar_fragment(source: Source, start: int, end: int, style: str | None, val
 
 
 def _align(text: str, start: int, end: int, style: str | None, value: str) -> list[int]:
-    """The offset of each character of `value`, and the one behind the last: whitespace may have been folded or
+    """The offset of each character of `value`, and the one after the last: whitespace may have been folded or
     stripped, everything else stands in the text as it is or as an escape."""
     offsets: list[int] = []
     at = start

@@ -18,7 +18,7 @@ MOST_STEPS = 20_000_000
 class Nodes:
     """Turns records into the lists of values that certificates write.
 
-    A node is the values of a configuration; with ``observe: cycle``, in the middle of a cycle, of the outputs, too.
+    A node is the values of a configuration; with ``observe: cycle``, in the middle of a cycle, also of the outputs.
     """
 
     def __init__(self, program: Program, layout: Layout) -> None:

@@ -103,7 +103,7 @@ class RunRecorder:
 
 
 def follow(run: Run, product: Product, what: str) -> tuple[Run, Json]:
-    """A run with the states of the automata after each letter, its loop repeated until these recur, too.
+    """A run with the states of the automata after each letter, its loop repeated until these recur as well.
 
     Without a loop: any states that the letters lead to. Disagreement: the automata do not accept it.
     """
@@ -127,7 +127,7 @@ def follow(run: Run, product: Product, what: str) -> tuple[Run, Json]:
     if lasso is None:
         raise Disagreement(f"{what}: the automata do not accept its trace")
     stem, loop = [state for _, (_, state) in lasso.stem], [state for _, (_, state) in lasso.loop]
-    # Once more around: then both ends of the loop lie behind the beginning of the run's own loop.
+    # Once more around: then both ends of the loop lie after the beginning of the run's own loop.
     states = [*stem, *loop, *loop]
     repeated = _unrolled(run, len(stem) + len(loop), len(states))
     return repeated, [list(product.states(state)) for state in states]
@@ -146,7 +146,7 @@ def _any(letters: Sequence[int], product: Product, begin: States) -> list[States
 
 
 def _unrolled(run: Run, start: int, end: int) -> Run:
-    """The same run, whose loop begins behind `start` letters and ends behind `end`, all behind its own first ones."""
+    """The same run, whose loop begins after `start` letters and ends after `end`, all after its own first ones."""
     back = run.back()
     assert run.loop is not None
     assert back is not None

@@ -36,7 +36,7 @@ class Reading:
         self.formula = formula
         self.places = places
         self.count = len(letters)
-        """Letters of the run; a position from there on is one more turn of the loop, or behind the prefix."""
+        """Letters of the run; a position from there on is one more turn of the loop, or after the prefix."""
         self.loop = loop
         keys = atoms(formula)
         shown = [literal_letter(keys, letter) for letter in letters]
@@ -85,13 +85,13 @@ class Reading:
         return self.is_false(self.places[node, negative], at)
 
     def letter(self, at: int) -> int | None:
-        """The number of the letter that a position shows; None: it is behind the prefix."""
+        """The number of the letter that a position shows; None: it is after the prefix."""
         if at < self.count:
             return at
         return None if self.loop is None else self.loop + (at - self.loop) % (self.count - self.loop)
 
     def after(self, at: int) -> int:
-        """The position behind a position."""
+        """The position after a position."""
         return self._word.after(at)
 
     def onward(self, at: int) -> Iterator[int]:

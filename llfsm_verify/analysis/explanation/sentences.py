@@ -177,7 +177,7 @@ class Sentences:
         return "after the last step" if letter is None else self._place(letter)
 
     def _step(self, at: int) -> str:
-        """The same behind a preposition: `from step 3`, `of the initial configuration`."""
+        """The same after a preposition: `from step 3`, `of the initial configuration`."""
         return self._where(at).removeprefix("at ").removeprefix("in ")
 
 

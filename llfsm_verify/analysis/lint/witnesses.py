@@ -83,7 +83,7 @@ class Shower:
     def _interpreted(
         self, schedule: Schedule, wide: bool
     ) -> tuple[Situation, Mapping[str, Value], Mapping[str, Value]]:
-        """By the interpreter: what is before the last step (if there is one), and variables and outputs behind it.
+        """By the interpreter: what is before the last step (if there is one), and variables and outputs after it.
 
         OverflowError: a value leaves 64 bits, as none does in runs that an exploration has found.
         """

@@ -349,7 +349,7 @@ class NativeProgram:
     # ------------------------------------------------------------ all steps
 
     def expand(self, records: Data, count: int, *, chunk_edges: int | None = None) -> Expansion:
-        """Every step from `count` records that lie one behind the other; `chunk_edges` sets the size of a portion.
+        """Every step from `count` records that lie one after the other; `chunk_edges` sets the size of a portion.
 
         In the order of the records, then of the processes, then of an odometer over the choices that the step reads,
         whose last wheel is the one read last. A record without an enabled process has its stuttering steps.

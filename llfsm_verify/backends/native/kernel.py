@@ -162,7 +162,7 @@ class ModuleText:
         return self._define(writer, "slot", fallible=True)
 
     def _count_read(self, writer: FunctionText) -> None:
-        """Keep how many choices the ringlet has read: the letter behind it shows more."""
+        """Keep how many choices the ringlet has read: the letter after it shows more."""
         places = [writer.name(f"getelementptr i64, ptr %c, i64 {word}") for word in (SAMPLES, READ)]
         writer.line(f"store i64 {writer.name(f'load i64, ptr {places[0]}')}, ptr {places[1]}")
 

@@ -32,8 +32,9 @@ class MachineCode:
 
     @whole
     def __init__(self, text: Callable[[], str], effort: Effort, name: str | None = None) -> None:
-        """`text` writes the module. `name`: says all that decides what it writes, so that code is kept under it, and
-        loaded without the text; None: nothing shorter than the text does, and code is kept that took long."""
+        """`text` writes the module. `name`: says all that decides what it writes, so that code, however
+        small, is kept under it, and loaded without the text; None: nothing shorter than the text does, and code is kept
+        that took long."""
         import llvmlite.binding as llvm
 
         self.effort = effort

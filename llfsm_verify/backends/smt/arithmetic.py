@@ -11,7 +11,7 @@ import z3
 from llfsm_verify.program.program import BOOL, Int, OpName, Type
 
 OURS = ":"
-"""Begins the names of unknowns that nobody declared. No name that somebody can write has it: to the solver, one name is
+"""Begins the names of unknowns that are not declared. No name that can be written has it: to the solver, one name is
 one thing."""
 COMPARISONS = ("eq", "ne", "lt", "le", "gt", "ge")
 

@@ -1,4 +1,4 @@
-"""A ringlet as a relation over Z3 terms: every variable behind it, in terms of those before and of the choices."""
+"""A ringlet as a relation over Z3 terms: every variable after it, in terms of those before and of the choices."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ class Replayer:
     @stage("performing runs again")
     def escape(self, run: Violated) -> Trace:
         """What the executor does with a run to where the arrangement escapes its assumptions. Its trace shows the atoms
-        of these. Inputs that nobody samples are kept still where the assumptions do not see it.
+        of these. Inputs that no machine samples are kept still where the assumptions do not see it.
 
         Unconfirmed: the executor's 64 bits meet their limit.
         """
@@ -101,7 +101,7 @@ class Replayer:
         return replace(steady(run, replayed, self.execution.program, like_it).trace, escape=True)
 
     def steady(self, goal: Goal, run: Violated, replayed: ReplayedRun) -> ReplayedRun:
-        """The violation with inputs that nobody samples kept still where that is enough, confirmed again."""
+        """The violation with inputs that no machine samples kept still where that is enough, confirmed again."""
         return steady(run, replayed, self.execution.program, lambda changed: self.violation(goal, changed))
 
     @stage("performing runs again")

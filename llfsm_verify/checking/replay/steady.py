@@ -1,4 +1,4 @@
-"""Inputs that nobody samples, kept still: a letter shows them as they were before, unless the violation needs more.
+"""Inputs that no machine samples, kept still: a letter shows them as they were before, unless the violation needs more.
 
 A search is free to give an input that no machine samples another value in every letter. Which values matter is found
 out afterwards: those that do not are replaced by the one before, and each attempt is performed by the executor and

@@ -81,7 +81,7 @@ class Product:
         for r in readers:
             self._shifts.append(self._shifts[-1] + r.automaton.acceptance_sets)
         self.sets = self._shifts[-1] + len(self.fair_bits)
-        """Acceptance sets: those of the automata, one behind the other, then one for each fair bit."""
+        """Acceptance sets: those of the automata, one after the other, then one for each fair bit."""
         self._states: list[States] = []
         self._numbers: dict[States, int] = {}
         self._known: dict[tuple[int, int], tuple[Move, ...]] = {}

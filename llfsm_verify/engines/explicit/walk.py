@@ -16,7 +16,7 @@ class Walk:
 
     ``len(letters) == len(nodes) - 1``. The last step may be the first part of a chain. With `loop` the last node equals
     ``nodes[loop]`` and the walk goes on from there forever. With `ends` it goes one step or chain further, up to a step
-    that shows this letter; then nobody has looked at the letters before, which are all None.
+    that shows this letter; then the letters before were not looked at, which are all None.
     """
 
     nodes: tuple[int, ...]
@@ -26,7 +26,7 @@ class Walk:
 
     @property
     def shown(self) -> tuple[int, ...]:
-        """The letters of all steps, one behind the other."""
+        """The letters of all steps, one after the other."""
         words = ((each,) if isinstance(each, int) else each or () for each in self.letters)
         return tuple(letter for word in words for letter in word)
 

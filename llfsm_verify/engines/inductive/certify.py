@@ -66,7 +66,7 @@ class Certifier:
         """Units from the beginning in which no run is bad."""
 
     def check(self, invariant: Invariant, budget: Budget, *, others: bool = True) -> CheckedProof | Rejection:
-        """Whether the invariant proves that the target is not reached. `others`: cvc5 is asked, too.
+        """Whether the invariant proves that the target is not reached. `others`: cvc5 is asked as well.
 
         Raises LimitReached, and Disagreement when two solvers contradict each other.
         """
@@ -168,7 +168,7 @@ class Certifier:
         return impossible
 
     def _holds(self, invariant: Invariant, course: _Unrolled, units: int) -> z3.BoolRef:
-        """The formula behind so many units, and that all scalars are in their ranges."""
+        """The formula after so many units, and that all scalars are in their ranges."""
         return z3.And(self.system.formula(invariant.formula, course.at(units)), *course.well_formed(units))
 
     def _question(self, name: str, course: _Unrolled, known: int) -> Question:
@@ -181,7 +181,7 @@ class Certifier:
 
 
 class _Unrolled:
-    """A course as far as it was asked for: what is behind each unit."""
+    """A course as far as it was asked for: what is after each unit."""
 
     def __init__(self, course: Course) -> None:
         self.course = course
@@ -198,7 +198,7 @@ class _Unrolled:
             self._keep()
 
     def at(self, units: int) -> State:
-        """The state behind so many units."""
+        """The state after so many units."""
         self._go(units)
         return self._behind[units][0]
 

@@ -134,7 +134,7 @@ class InductiveSession(Session):
                 return
 
     def _confirm_possible(self) -> None:
-        """Nobody believes a run that satisfies the assumptions before the executor has performed it."""
+        """A run that satisfies the assumptions counts only after the executor has performed it."""
         task = self._possible
         if task is not None and task.found is not None and self._seen_possible is None:
             try:

@@ -23,7 +23,7 @@ class Invariant:
     """What proves that `target` is never reached.
 
     `formula` holds in the beginning and after every unit of steps that is not bad (units as `System` has them). Where
-    it holds, no unit is bad that comes behind `k` that are not, through k + 1 states that all differ (with k = 0 no
+    it holds, no unit is bad that comes after `k` that are not, through k + 1 states that all differ (with k = 0 no
     unit at all). And the first k units of a run are not bad.
     """
 

@@ -15,7 +15,7 @@ from llfsm_verify.program.program import Expr
 
 @dataclass(frozen=True, slots=True)
 class Proved:
-    """By this invariant, which is to be certified before anybody believes it."""
+    """By this invariant, which is to be certified before it counts."""
 
     invariant: Invariant
 

@@ -1,4 +1,4 @@
-"""Saved invariants checked against an arrangement and its properties, as if nobody had ever believed them."""
+"""Saved invariants checked against an arrangement and its properties, as if they had never been checked."""
 
 from __future__ import annotations
 

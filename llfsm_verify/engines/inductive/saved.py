@@ -1,4 +1,4 @@
-"""Files of invariants: proofs written down so that anybody can have them checked again."""
+"""Files of invariants: proofs written down so that they can be checked again."""
 
 from __future__ import annotations
 

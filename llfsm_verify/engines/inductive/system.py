@@ -136,7 +136,7 @@ class Course:
 
     @property
     def state(self) -> dict[Scalar, Term]:
-        """The scalars behind the last unit."""
+        """The scalars after the last unit."""
         values = {**self.system.configuration_of(self.run.points[-1].values), **self._reader.state}
         return {s: values[s] for s in self.system.scalars}
 

@@ -40,10 +40,10 @@ class Encoding:
         self._kept: dict[Formula, z3.BoolRef] = {}
         self._at: list[Mapping[Formula, z3.BoolRef]] = []
         self.constraints: list[z3.BoolRef] = []
-        """They hold whatever comes; those added last are behind the others."""
+        """They hold whatever comes; those added last come after the others."""
 
     def add(self, letter: Mapping[str, z3.BoolRef], observed: z3.BoolRef, loops: Loops) -> None:
-        """Read the point behind those read so far; `loops` has it already."""
+        """Read the point after those read so far; `loops` has it already."""
         point = len(self._at)
         # Where every point shows a letter, only what temporal operators ask for is needed at the next one.
         wanted = self._wanted if z3.is_true(observed) else self._order

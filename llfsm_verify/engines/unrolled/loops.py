@@ -12,7 +12,7 @@ from llfsm_verify.backends.smt.unrolling import Point
 class Loops:
     """The loop of a run that grows point by point; it is closed, or not, where the run ends.
 
-    `starts[i]`: behind the last point comes point i again, whose predecessor has the configuration of the last point.
+    `starts[i]`: after the last point comes point i again, whose predecessor has the configuration of the last point.
     `inside[i]`: point i is in the loop. Source: as `encoding`. With `observe: cycle`, loops go from letter to letter.
     """
 
@@ -26,7 +26,7 @@ class Loops:
         self._shown: list[z3.BoolRef] = []
         """By point: the loop has shown a letter by then."""
         self.constraints: list[z3.BoolRef] = []
-        """They hold whatever comes; those added last are behind the others."""
+        """They hold whatever comes; those added last come after the others."""
 
     @property
     def exists(self) -> z3.BoolRef:

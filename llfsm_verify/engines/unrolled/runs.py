@@ -36,7 +36,7 @@ class TableMove:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """An automaton that is written out. State 0 is before the first letter; BAD is behind a bad prefix."""
+    """An automaton that is written out. State 0 is before the first letter; BAD is after a bad prefix."""
 
     atoms: tuple[str, ...]
     moves: tuple[TableMove, ...]

@@ -214,7 +214,7 @@ class BoundedSearch:
         return found
 
     def look_for_faults(self) -> None:
-        """Look for steps behind the present length that end in a fault."""
+        """Look for steps after the present length that end in a fault."""
         here = self._run.begin()
         self._fault_question.learn(self._run.constraints)
         for number in range(len(self.program.faults)):

@@ -31,7 +31,7 @@ class Read:
 class Labels:
     """A program whose inputs are classes. Its graph is that of `original`: configurations, edges, letters and faults.
 
-    `program` has one fault more, behind those of the original: `unknown`, which no step ends in.
+    `program` has one fault more, after those of the original: `unknown`, which no step ends in.
     """
 
     def __init__(self, planner: Planner, decided: Decided) -> None:

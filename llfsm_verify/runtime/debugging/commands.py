@@ -81,7 +81,7 @@ class Given:
 
 
 def parse(line: str) -> Given | None:
-    """The command in a line; None: an empty line, or a comment behind ``#``. DebugError: it is none."""
+    """The command in a line; None: an empty line, or a comment after ``#``. DebugError: it is none."""
     line = line.strip()
     if not line or line.startswith("#"):
         return None

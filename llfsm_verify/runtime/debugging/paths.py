@@ -1,4 +1,4 @@
-"""Where a debugger's steps come from: inputs that somebody sets, a saved trace, or a recording."""
+"""Where a debugger's steps come from: inputs that are set by hand, a saved trace, or a recording."""
 
 from __future__ import annotations
 
@@ -42,19 +42,19 @@ class Path(Protocol):
     kind: str
     """What users call it."""
     fixed: bool
-    """It has happened: nobody sets its inputs."""
+    """It has happened: its inputs cannot be set."""
 
     def next(self, record: bytes, number: int) -> Next | str:
         """The step `number` (from 1), which leads on from `record`; or why there is none. DebugError."""
 
 
-# ---------------------------------------------------------------- somebody sets the inputs
+# ---------------------------------------------------------------- inputs are set by hand
 
 
 class Free:
     """Inputs keep the values that they are given, at first their `init`; processes take turns.
 
-    With a seed, who steps is drawn, and so is all that nobody has set, by `law`. Otherwise what else a turn chooses
+    With a seed, who steps is drawn, and so is all that was not set, by `law`. Otherwise what else a turn chooses
     (ages, `choose`) has its lowest value until it is set.
     """
 
@@ -69,9 +69,9 @@ class Free:
         self.settable = _settable(self.program)
         """By the names of users: what can be set."""
         self.held: dict[str, int] = {}
-        """By the names of `settable`: what somebody has set."""
+        """By the names of `settable`: what was set."""
         self.turn: int | None = None
-        """The process that takes the next step, if somebody has said so."""
+        """The process that takes the next step, if that was said."""
         self.last: int | None = None
         """The process that took the last step."""
         self._inits = _inits(self.program)

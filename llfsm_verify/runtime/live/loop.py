@@ -226,7 +226,7 @@ class Loop:
 
     @property
     def never_visited(self) -> dict[str, tuple[str, ...]] | None:
-        """By machine, the states in which it never was; None: nobody has noted it."""
+        """By machine, the states in which it never was; None: it was not noted."""
         if not self._control[control.VISITED]:
             return None
         return unvisited(self._states_of, self._seen)

@@ -61,14 +61,14 @@ def safe_values(arrangement: Arrangement) -> dict[str, Value]:
 
 
 def starting_values(program: Program) -> dict[str, int]:
-    """What each choice is before anybody says otherwise: an input what it is at first, and operators do nothing."""
+    """What each choice is at first: an input what it is at first, and operators do nothing."""
     first: dict[str, int] = {i.name: i.init for i in program.inputs}
     first |= {v.name: v.init for v in program.vars if v.origin.kind == "input" and isinstance(v.init, int)}
     return {c.name: first[c.input] for c in program.choices if c.input in first}
 
 
 def drawn_choices(program: Program, held: Mapping[str, int], fed: Container[str] = ()) -> list[str]:
-    """The choices that a simulation draws: those of models, and of inputs that nobody holds and that are not `fed`."""
+    """The choices that a simulation draws: those of models, and of inputs that are neither held nor `fed`."""
     return [
         c.name
         for c in program.choices

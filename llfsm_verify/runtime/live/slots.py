@@ -60,7 +60,7 @@ class Slot:
 
     @property
     def choice(self) -> Choice:
-        """What values it can have, as if somebody chose them."""
+        """What values it can have, as if they were chosen."""
         return Choice(self.name, Int(self.low, self.high, self.boolean, self.digits), "input", self.name, self.labels)
 
 

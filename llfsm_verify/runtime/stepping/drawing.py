@@ -1,4 +1,4 @@
-"""How a random run draws what nobody chooses: inputs keep values for stretches, and some values come more often."""
+"""How a random run draws what is not given: inputs keep values for stretches, and some values come more often."""
 
 from __future__ import annotations
 
@@ -180,7 +180,7 @@ def _is_command(choice: Choice) -> bool:
 
 
 def default_hold(program: Program) -> Fraction:
-    """Cycles of a stretch where nobody says how long: as the longest timer of the arrangement, at least `FEWEST` and
+    """Cycles of a stretch by default: as the longest timer of the arrangement, at least `FEWEST` and
     (unless these are more) at most `LONGEST_MS`."""
     clocks = [v.type.high for v in program.vars if v.name.endswith(".$clock") and isinstance(v.type, Int)]
     if program.period is None or not clocks:
@@ -207,7 +207,7 @@ def hold_of(text: str, program: Program) -> Fraction | None:
 
 
 def drawing_of(program: Program, hold: str | None, draw: Mapping[str, str], given: Collection[str] = ()) -> Drawing:
-    """The law that somebody wrote down.
+    """The law as users write it.
 
     `draw` has for an input the probability that it is true (``0.02``), or those of values (``3:0.1,4:0.2``); the others
     are as likely as each other. `given`: inputs that are not drawn. DrawingError.

@@ -20,7 +20,7 @@ from llfsm_verify.runtime.stepping.simulation import Simulation, SimulationOverf
 from llfsm_verify.values import Shown
 
 FOR_EVER = 1 << 62
-"""More ringlets than anybody waits for."""
+"""More ringlets than any run takes."""
 LONG_RUN = 100_000
 """A run of so many ringlets is worth compiling for quick steps."""
 
@@ -150,7 +150,7 @@ class _Watch:
 
     def __init__(self, text: str, quick: bool) -> None:
         self.quick = quick
-        self._code = MachineCode(lambda: text, "quick" if quick else "thorough", text)
+        self._code = MachineCode(lambda: text, "quick" if quick else "thorough")
         i32, i64, pointer = ctypes.c_int32, ctypes.c_int64, ctypes.c_void_p
         watch = ctypes.CFUNCTYPE(i64, pointer, i64, pointer, pointer, pointer)
         self.watch: Callable[..., int] = watch(self._code.address("watch"))

@@ -1,4 +1,4 @@
-"""A recorded run: which process steps, and every input that nobody holds at a value, is drawn at random."""
+"""A recorded run: which process steps, and every input that is not held at a value, is drawn at random."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Script:
 
 
 class RandomRun:
-    """One run: which process steps and every choice that nobody made is random.
+    """One run: which process steps and every choice that is not made is random.
 
     It ends where the state formula `until` is true. `drawn` are the choices to draw, in this order; others that the
     program has (since a formula looks at them) are drawn beside, so that a formula does not change the run. `law` says

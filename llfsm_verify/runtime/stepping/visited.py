@@ -48,7 +48,7 @@ def state_places(program: Program) -> Iterator[tuple[str, int]]:
 
 
 def unvisited(states: Iterable[State], seen: Collection[State]) -> dict[str, tuple[str, ...]]:
-    """By machine, the states that are not among those `seen`. Those that nobody has written down are left out."""
+    """By machine, the states that are not among those `seen`. Those that were not noted are left out."""
     found: dict[str, tuple[str, ...]] = {}
     for machine, state in states:
         if (machine, state) not in seen and state != IMPLICIT_SUSPEND:

@@ -92,7 +92,7 @@ class _Asked:
         return accepted is not None and update_point(loop.code, loop.record, loop.states) in accepted.points
 
     def close(self) -> None:
-        """Nobody waits for the check any more."""
+        """The check is not waited for any more."""
         if self.check is not None:
             self.check.close()
 
@@ -142,7 +142,7 @@ class SwappableRun:
         """What ran before, with the machine that was replaced then."""
         self._asked: _Asked | None = None
         self._given_up: list[threading.Thread] = []
-        """They make what nobody waits for any more."""
+        """They make what is not waited for any more."""
         self._next: _Next | None = None
         self._stopped: int | None = None
         """The detail with which it was asked to stop."""

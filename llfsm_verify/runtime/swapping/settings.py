@@ -37,7 +37,7 @@ class Loaded:
 
     change: Change
     unchecked: bool
-    """Nobody has looked whether the properties still hold."""
+    """Whether the properties still hold was not checked."""
 
     @property
     def machine(self) -> str | None:

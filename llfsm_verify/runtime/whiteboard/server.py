@@ -13,7 +13,7 @@ client posts these inputs by itself from now on. ``{"replace": ["ns", "new.yaml"
 A client that is not let in, or is sent away, is told ``{"error": "…"}`` first. Clients are served in turns: a few
 requests of each in a round, those first who may command, and a round ends soon (`ROUND`), so that nobody keeps ports
 and others waiting. Of connections, and whatever else there is a limited number of, each user has a share
-(`clients.py`).
+(`connections.py`).
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ class Changing(Protocol):
 
 
 class Taken(Exception):
-    """Another process owns a whiteboard of this name, or the socket cannot be made."""
+    """Another process serves a whiteboard of this name, or the socket cannot be made."""
 
 
 class Server:
@@ -322,7 +322,7 @@ class Server:
         self._await(client)
 
     def _no_room(self, client: Client) -> str | None:
-        """Why somebody is not let in."""
+        """Why a client is not let in."""
         if not self._permissions.may_connect(client.uid):
             return "it may not read the whiteboard"
         most, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
@@ -592,7 +592,7 @@ def _short(fact: Json) -> Json:
 
 
 def _leave(connection: socket.socket, why: str) -> None:
-    """Say why somebody is not let in, and close the connection."""
+    """Say why a client is not let in, and close the connection."""
     with suppress(OSError):
         connection.setblocking(False)
         connection.send(_line({"error": why}))
