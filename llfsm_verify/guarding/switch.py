@@ -28,7 +28,7 @@ def switch_machine(names: Names, wanted: Wanted, *, taken_back: bool = False, ch
         ]
     else:
         states = [
-            "  - name: WISHED",
+            "  - name: REQUESTED",
             *_action("internal", requests),
             *_action("on_exit", [*instead, *begin(wanted.reactions, memory, chaos)]),
             f"    transitions: [{{when: {names.alarm}, to: INSTEAD}}]",
@@ -39,7 +39,7 @@ def switch_machine(names: Names, wanted: Wanted, *, taken_back: bool = False, ch
             states.append("    stays: true")
         else:
             states += _action("on_exit", [*leave, *end(wanted.reactions, memory)])
-            states.append(f"    transitions: [{{when: {until}, to: WISHED}}]")
+            states.append(f"    transitions: [{{when: {until}, to: REQUESTED}}]")
     variables = ["variables:", *(f"  {name}: {{type: bool}}" for name in memory.values())] if memory else []
     return "\n".join([*_comment(names, wanted), "machine: Switch", *variables, "states:", *states]) + "\n"
 

@@ -39,7 +39,7 @@ class Finding:
 
 
 def findings(subject: Tested, failure: Failure, schedule: Schedule) -> tuple[Finding, ...]:
-    """Every failure of a run, confirmed by `checking.replay.saved`. Disagreement: that does not confirm it."""
+    """Every failure of a run, confirmed by `verification.replaying`. Disagreement: that does not confirm it."""
     if failure.fault is not None:
         site = failure.fault
         again = replay(subject.arrangement, PropertySet(), schedule, (site.code, site.message))

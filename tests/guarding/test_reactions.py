@@ -73,7 +73,7 @@ def test_the_switch_commands_and_takes_it_back():
         "  driver_suspended: {type: bool}\n"
         "  parker_resumed: {type: bool}\n"
         "states:\n"
-        "  - name: WISHED\n"
+        "  - name: REQUESTED\n"
         "    internal: |\n"
         "      speed = speed_requested;\n"
         "    on_exit: |\n"
@@ -92,7 +92,7 @@ def test_the_switch_commands_and_takes_it_back():
         "      unload(monitor); load(monitor);\n"
         "      if (parker_resumed) suspend(parker);\n"
         "      if (driver_suspended) resume(driver);\n"
-        '    transitions: [{when: "after_ms(500)", to: WISHED}]\n'
+        '    transitions: [{when: "after_ms(500)", to: REQUESTED}]\n'
     )
     access = made.arrangement.access
     assert {name for name, level in access.machines.items() if level} == {"monitor", "switch", "parker"}
@@ -114,11 +114,14 @@ def test_rights_are_left_where_others_use_them():
 
 
 EFFECTS = {
-    "suspend": ("G (alarm -> X driver.suspended)", "G (switch@WISHED && X switch@WISHED -> X !driver.suspended)"),
-    "resume": ("G (alarm -> X !parker.suspended)", "G (switch@WISHED && X switch@WISHED -> X parker.suspended)"),
-    "restart": ("G (switch@WISHED -> X (switch@INSTEAD -> X driver@WAITS))", "G (switch@WISHED -> driver.loaded)"),
-    "load": ("G (alarm -> parker.loaded)", "G (switch@WISHED -> !parker.loaded)"),
-    "unload": ("G (alarm -> !driver.loaded)", "G (switch@WISHED -> driver.loaded)"),
+    "suspend": ("G (alarm -> X driver.suspended)", "G (switch@REQUESTED && X switch@REQUESTED -> X !driver.suspended)"),
+    "resume": ("G (alarm -> X !parker.suspended)", "G (switch@REQUESTED && X switch@REQUESTED -> X parker.suspended)"),
+    "restart": (
+        "G (switch@REQUESTED -> X (switch@INSTEAD -> X driver@WAITS))",
+        "G (switch@REQUESTED -> driver.loaded)",
+    ),
+    "load": ("G (alarm -> parker.loaded)", "G (switch@REQUESTED -> !parker.loaded)"),
+    "unload": ("G (alarm -> !driver.loaded)", "G (switch@REQUESTED -> driver.loaded)"),
 }
 
 
@@ -196,7 +199,7 @@ def test_a_monitor_of_ones_own_reacts_without_a_fallback(limit, code):
     assert proof.exit_code == code
     assert all("the reaction does not keep it, or the alarm came too late" in reason for reason in proof.reasons)
     again = "again: G (switch@INSTEAD -> X switch@INSTEAD)"
-    ended = "ended: G (switch@WISHED -> heater.loaded && !cooler.loaded)"
+    ended = "ended: G (switch@REQUESTED -> heater.loaded && !cooler.loaded)"
     assert held(made, again, ended) == [False, True]
 
 

@@ -65,13 +65,12 @@ def run(options: Namespace) -> int:
     with (
         unhurried_errors(),
         _enough_descriptors(),
-        _opened_log(options.audit) as audit,
+        _audited(options.audit, draft.digest, ready.plan.arrangement) as audit,
         _launched(ready, audit, swaps=not scripted) as done,
         opened(specs, done.shared, done.run.stop, options.record) as ports,
         stopping(done.run.stop) as suspended,
         shown(options.panel, done.shared, ready.plan.arrangement.name, ready.plan.cycle) as pictures,
     ):
-        _begin(audit, ready)
         done.start(*([] if ports is None else [following(ports)]), *([] if pictures is None else [pictures.follow]))
         serve(done.run, [*(one for one in (ports, pictures) if one is not None), *done.attendants])
         report = done.run.report
@@ -197,21 +196,21 @@ def _enough_descriptors() -> Iterator[None]:
 
 
 @contextmanager
-def _opened_log(path: str | None) -> Iterator[AuditLog | None]:
-    """The audit log of a run, which does not begin yet."""
+def _audited(path: str | None, digest: str, arrangement: Arrangement) -> Iterator[AuditLog | None]:
+    """The audit log of a run, which has begun."""
     if path is None:
         yield None
         return
     with closing(AuditLog(path)) as log:
+        log.begin(
+            {
+                "arrangement": arrangement.name,
+                "digest": digest,
+                "policy": policy_digest(arrangement),
+                "pid": os.getpid(),
+            }
+        )
         yield log
-
-
-def _begin(audit: AuditLog | None, ready: Launch) -> None:
-    """The first line that a run writes to its log; its processes are there."""
-    if audit is not None:
-        arrangement = ready.plan.arrangement
-        named: dict[str, Json] = {"arrangement": arrangement.name, "digest": ready.settings.digest}
-        audit.begin({**named, "policy": policy_digest(arrangement), "pid": os.getpid()})
 
 
 def _say_refused(what: str) -> None:
