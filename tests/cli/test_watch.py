@@ -10,7 +10,9 @@ from types import SimpleNamespace
 import pytest
 
 from llfsm_verify.cli import watching
+from llfsm_verify.cli.arguments import llfsm_parser
 from llfsm_verify.cli.checked import changes
+from llfsm_verify.cli.commands import verify
 from llfsm_verify.cli.inputs import files_read
 from tests.cli.running import llfsm
 
@@ -117,6 +119,14 @@ def test_a_file_that_is_missing_for_a_moment_is_waited_for(tmp_path, monkeypatch
     monkeypatch.setattr(watching, "time", SimpleNamespace(sleep=sleep))
     assert watching.wait_for_change(known) == [machine]
     assert machine.exists() == there and (slept > 2 + looks) == there
+
+
+def test_a_property_that_is_missing_for_a_moment_does_not_end_it(folder, monkeypatch, capsys):
+    """`--only` names one that an edit has renamed: that is said as wrong usage, and the next change is waited for."""
+    monkeypatch.chdir(folder)
+    words = ["verify", "--watch", "a.yaml", "p.ltl", "--only", "renamed"]
+    assert verify._verified(llfsm_parser(words).parse_args(words)).code == 2
+    assert "--only: there is no property `renamed`" in capsys.readouterr().err
 
 
 def test_the_files_of_a_check(folder):

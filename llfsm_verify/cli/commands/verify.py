@@ -7,7 +7,6 @@ import time
 from argparse import Namespace
 from pathlib import Path
 
-from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.cli.certificates import certificate_mistake, check_certificate, write_certificate
@@ -21,12 +20,12 @@ from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.saved import announce
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.io.whole_file import is_same_file
+from llfsm_verify.cli.opening import open_arrangement, refuse_two_inputs
 from llfsm_verify.cli.properties import chosen, read_properties, told
-from llfsm_verify.cli.usage import usage
+from llfsm_verify.cli.usage import UsageError, usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
-from llfsm_verify.registry import Unregistered
 from llfsm_verify.report.formats import REPORTS, Style
 from llfsm_verify.stages import stage
 from llfsm_verify.verification.engines import ENGINES
@@ -34,8 +33,7 @@ from llfsm_verify.verification.engines import ENGINES
 
 def run(options: Namespace) -> int:
     """Returns the exit code of the result; raises DiagnosticError for wrong files."""
-    if [options.arrangement, *options.properties].count("-") > 1:
-        return usage("standard input can be read only once")
+    refuse_two_inputs([options.arrangement, *options.properties])
     mistake = certificate_mistake(options) or invariants_mistake(options)
     mistake = mistake or engine_mistake(options) or _saving_mistake(options)
     if mistake is not None:
@@ -60,15 +58,13 @@ def _verified(options: Namespace) -> Checked:
         options.started = time.perf_counter()
     _spare_inputs(options)
     with stage("reading the arrangement"):
-        arrangement = load_arrangement(options.arrangement)
-    for warning in arrangement.warnings:
-        print(warning.render(), file=sys.stderr)
+        arrangement = open_arrangement(options.arrangement)
     if options.compression == "on" and arrangement.observe == "cycle":
         _tell("--compression on changes nothing here: with `observe: cycle` there are no chains of whole cycles")
     try:
         with stage("reading the properties"):
             properties = told(chosen(read_properties(options, CHECKED), options.only), arrangement)
-    except Unregistered as wrong:
+    except UsageError as wrong:  # with --watch it is said, and the files are watched on
         return Checked(usage(str(wrong)))
     unknown = set(options.accept_vacuity) - {p.name for p in properties.goals}
     if unknown:
