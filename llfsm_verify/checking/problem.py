@@ -139,7 +139,7 @@ def _typed(fragment: Fragment, scope: PropertyScope, problems: list[Diagnostic])
 
 
 def clock_of(arrangement: Arrangement, properties: PropertySet) -> Clock | None:
-    """The clock for the bounds in time in `properties`; None: there are none.
+    """The clock for the bounds in time in `properties`; None: no property has one.
 
     DiagnosticError, at each operator: the arrangement has no time of its own (E336), or a bound has more than 2^20
     cycles (E337), or none (E339).

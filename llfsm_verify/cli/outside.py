@@ -13,7 +13,7 @@ from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.decided import UNDECIDED, say_results
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, counted
 from llfsm_verify.guarding.orders import Order
-from llfsm_verify.guarding.reaction_time import Pace, reaction
+from llfsm_verify.guarding.reaction_time import Pace, reaction_time
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.runtime.deciding.frames import FrameMonitors
 from llfsm_verify.runtime.deciding.recordings import Decided
@@ -92,7 +92,7 @@ def _beforehand(orders: Sequence[Order], pace: Pace | None, processes: int, peri
     if pace is None:
         return [f"when a property is violated: {named}"]
     commands = sum(order.kind is not None for order in orders)
-    worst = reaction(pace, max(1, commands), processes).cycles
+    worst = reaction_time(pace, max(1, commands), processes).cycles
     time = f" ({worst * period:g} s)" if period else ""
     looks = f"if each frame is looked at within {counted(pace.every, 'cycle')}"
     after = f"at most {counted(worst, 'cycle')}{time} after the frame that violates it"

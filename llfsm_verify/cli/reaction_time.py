@@ -14,7 +14,7 @@ from llfsm_verify.cli.usage import UsageError
 from llfsm_verify.diagnostics import Source, counted
 from llfsm_verify.guarding.orders import Order
 from llfsm_verify.guarding.outside import PROPERTIES, Watch, with_outside_guard
-from llfsm_verify.guarding.reaction_time import Pace, reaction
+from llfsm_verify.guarding.reaction_time import Pace, reaction_time
 from llfsm_verify.guarding.transform import Task
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
@@ -40,7 +40,7 @@ def outside(
     made = with_outside_guard(draft, orders, pace, task, Path(options.output or folder))
     if options.output is not None:
         write(made.files, Path(options.output))
-    worst = reaction(pace, len(orders))
+    worst = reaction_time(pace, len(orders))
     named = ", ".join(f"`{order.text}`" for order in orders)
     print(f"when the guard looks once in {_pace(pace)}:")
     print(f"{named}: at most {counted(worst.cycles, 'cycle')} after the frame that violates a property")

@@ -67,12 +67,12 @@ class Document:
         return node
 
     def text(self, *keys: str) -> str | None:
-        """The single value under keys; None: there is none."""
+        """The single value under keys; None: nothing is there."""
         node = self.get(*keys)
         return str(node.value) if isinstance(node, yaml.ScalarNode) else None
 
     def names(self, *keys: str) -> tuple[str, ...]:
-        """The keys of the mapping under keys; nothing where there is none."""
+        """The keys of the mapping under keys; no keys where it is missing."""
         node = self.get(*keys)
         return tuple(str(key.value) for key, _ in node.value) if isinstance(node, yaml.MappingNode) else ()
 

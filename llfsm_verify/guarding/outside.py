@@ -27,7 +27,7 @@ from llfsm_verify.guarding.editing import flow
 from llfsm_verify.guarding.guardable import not_safe
 from llfsm_verify.guarding.layout import SUFFIX, Layout
 from llfsm_verify.guarding.orders import Order
-from llfsm_verify.guarding.reaction_time import Pace, reaction
+from llfsm_verify.guarding.reaction_time import Pace, reaction_time
 from llfsm_verify.guarding.reactions import Rights
 from llfsm_verify.guarding.transform import Task, property_monitor, read_files, with_slots
 from llfsm_verify.guarding.wanted import Fresh, Names, level_above
@@ -203,7 +203,7 @@ def _guard(parts: _Parts, pace: Pace) -> str:
 
 
 def _properties(parts: _Parts, orders: Sequence[Order], pace: Pace) -> str:
-    worst = reaction(pace, len(orders)).cycles
+    worst = reaction_time(pace, len(orders)).cycles
     named = ", ".join(order.text for order in orders)
     lines = [
         f"# In any {pace.every} cycles of `{parts.processes[0]}` the guard has a turn.",

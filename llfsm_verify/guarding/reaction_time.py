@@ -46,7 +46,7 @@ class ReactionTime:
         return self.cycles * cycle_ms
 
 
-def reaction(pace: Pace, commands: int = 1, processes: int = 1) -> ReactionTime:
+def reaction_time(pace: Pace, commands: int = 1, processes: int = 1) -> ReactionTime:
     """The worst reaction of a guard with so many commands, for an arrangement of so many processes, when no other
     commands wait and no frame is missed.
     """

@@ -153,7 +153,7 @@ def _unfit(arrangement: Arrangement, wanted: Wanted, guarded: tuple[str, ...]) -
 
 
 def as_requested(expression: Fragment, requests: Mapping[str, str]) -> str:
-    """An expression in which the names of outputs mean what was requested. DiagnosticError: it is none."""
+    """An expression in which the names of outputs mean what was requested. DiagnosticError: it is not a valid one."""
     source = Source(expression.source.name, expression.text)
     parsed = parse_guard(expression)
     edits = Edits(source)

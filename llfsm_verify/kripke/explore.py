@@ -316,7 +316,7 @@ class Explorer:
         return self._witnesses.letter(source, letter)
 
     def moves(self, path: Sequence[int], fault: int | None = None) -> list[Move]:
-        """The moves along a path of the graph, and from its end into a fault. Raises NoWitness when there are none."""
+        """The moves along a path of the graph, and from its end into a fault. NoWitness: an edge has no moves."""
         found = [move for source, target in pairwise(path) for move in self.witness(source, target, None)]
         return found if fault is None else [*found, self.first_fault(path[-1], (fault,))[1]]
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from llfsm_verify.arrangement.model import Machine, State
+from llfsm_verify.language.scope import IMPLICIT_SUSPEND
 from llfsm_verify.language.typed import Variable
 from llfsm_verify.program.program import BOOL, Choice, Input, Int, MachineInfo, Origin, TransitionInfo, Type, Var
 from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.storage import element_names, element_values, labels, leaf_values, leaves, machine_type
-from llfsm_verify.semantics.vocabulary import COMMANDS, IMPLICIT_SUSPEND, Control, InputScalar
+from llfsm_verify.semantics.vocabulary import COMMANDS, Control, InputScalar
 from llfsm_verify.semantics.walk import Survey, survey
 
 

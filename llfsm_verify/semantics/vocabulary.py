@@ -13,7 +13,6 @@ from llfsm_verify.program.program import BOOL, Emit, EventKind, Expr, Get, Int
 SUSPEND, RESUME, RESTART = 1, 2, 3
 """Values of a machine's pending slot; 0: it is empty."""
 COMMANDS = {"suspend": SUSPEND, "resume": RESUME, "restart": RESTART}
-IMPLICIT_SUSPEND = "__suspend"
 RAN, CYCLE, FIRED, SPENT = "$ran", "$cycle", "$fired", "$spent"
 """The outputs every step has; no name of a user begins so."""
 FIRST = "$first"

@@ -13,7 +13,7 @@ from llfsm_verify.checking.verdict import Options, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.guarding.orders import Order
 from llfsm_verify.guarding.outside import with_outside_guard
-from llfsm_verify.guarding.reaction_time import Pace, reaction
+from llfsm_verify.guarding.reaction_time import Pace, reaction_time
 from llfsm_verify.guarding.transform import Task
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
@@ -71,7 +71,7 @@ def verdicts(made, limits=Limits()):  # noqa: B008 - it is frozen
 )
 def test_the_computed_bound_is_proved_and_one_cycle_less_is_violated(pace, orders):
     made = outside(LAMP, orders, pace, "dark: G !lamp")
-    assert f"within_{reaction(pace, len(orders)).cycles}:" in made.properties
+    assert f"within_{reaction_time(pace, len(orders)).cycles}:" in made.properties
     assert verdicts(made) == [Verdict.HOLDS, Verdict.VIOLATED]
 
 

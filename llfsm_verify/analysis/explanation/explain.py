@@ -151,7 +151,7 @@ EFFORT = 400_000
 
 
 def exact_causes(reading: Reading) -> tuple[frozenset[Pair], bool]:
-    """`causes` of the whole formula, and whether those that are none have been taken out.
+    """`causes` of the whole formula, and whether marks that are not causes have been left out.
 
     All contingencies are sets of causes, so sets of marks are enough: a mark is a cause when some set of others leaves
     the formula false, and no longer with it.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.portions import write
-from llfsm_verify.cli.opening import open_arrangement
+from llfsm_verify.cli.opening import open_arrangement, refuse_two_inputs
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.cli.usage import usage
 from llfsm_verify.exports.formats import MODELS
@@ -34,8 +34,7 @@ CUT_SHORT = 4
 def run(options: Namespace) -> int:
     """Returns 0, or 4 when a limit ended it; raises DiagnosticError for wrong files and where nothing can be written
     (E420 to E422, E424)."""
-    if [options.arrangement, *options.properties].count("-") > 1:
-        return usage("standard input can be read only once")
+    refuse_two_inputs([options.arrangement, *options.properties])
     wanted = _format(options)
     if wanted is None:
         endings = ", ".join([*STRUCTURES.suffixes, *PICTURES.suffixes, *MODELS.suffixes])

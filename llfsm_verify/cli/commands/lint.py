@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import Namespace
 
 from llfsm_verify.cli.io.output import Output
-from llfsm_verify.cli.opening import open_arrangement
+from llfsm_verify.cli.opening import open_arrangement, refuse_two_inputs
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.cli.usage import usage
 from llfsm_verify.limits import Limits
@@ -18,8 +18,7 @@ def run(options: Namespace) -> int:
     from llfsm_verify.checking.goals.kinds import CHECKED
     from llfsm_verify.checking.problem import bind
 
-    if [options.arrangement, *options.properties].count("-") > 1:
-        return usage("standard input can be read only once")
+    refuse_two_inputs([options.arrangement, *options.properties])
     if options.local and options.max_states is not None:
         return usage("--max-states is for the reachable configurations, which --local leaves alone")
     arrangement = open_arrangement(options.arrangement)

@@ -75,7 +75,7 @@ def _refuse_misuse(options: Namespace) -> None:
 
 
 def _goals(options: Namespace, lines: PropertySet, arrangement: Arrangement | None) -> Sequence[Property]:
-    """The properties that are monitored. UsageError: there is none, or too many."""
+    """The properties that are monitored. UsageError: no property is left, or too many are."""
     if arrangement is not None:
         from llfsm_verify.checking.problem import refuse_hiding
 

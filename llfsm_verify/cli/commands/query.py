@@ -7,7 +7,6 @@ import time
 from argparse import Namespace
 from pathlib import Path
 
-from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options
 from llfsm_verify.cli.disagreement import both_saved
@@ -16,6 +15,7 @@ from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.whole_file import write_whole
+from llfsm_verify.cli.opening import open_arrangement
 from llfsm_verify.cli.properties import COMMAND_LINE
 from llfsm_verify.cli.usage import usage
 from llfsm_verify.limits import Limits
@@ -33,9 +33,7 @@ def run(options: Namespace) -> int:
         return usage(mistake)
     if options.save in ("", "-"):
         return usage("--save needs the name of a file")
-    arrangement = load_arrangement(options.arrangement)
-    for warning in arrangement.warnings:
-        print(warning.render(), file=sys.stderr)
+    arrangement = open_arrangement(options.arrangement)
     query = parse_query(options.formula, COMMAND_LINE, options.syntax)
     if options.save is not None:
         ready(arrangement, query.properties, options.save, ("E405", "E405"), "the run")

@@ -15,6 +15,7 @@ from llfsm_verify.cli.certificates import write_certificate
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.io.whole_file import write_whole
+from llfsm_verify.cli.opening import refuse_two_inputs
 from llfsm_verify.cli.properties import read_properties, told
 from llfsm_verify.cli.usage import usage
 from llfsm_verify.limits import Limits
@@ -29,8 +30,7 @@ def run(options: Namespace) -> int:
     be written."""
     if not options.assurance:
         return usage("say which report: --assurance")
-    if [options.arrangement, *options.properties].count("-") > 1:
-        return usage("standard input can be read only once")
+    refuse_two_inputs([options.arrangement, *options.properties])
     draft = read_arrangement(Given(options.arrangement))
     arrangement = resolve(draft)
     properties = told(read_properties(options, CHECKED), arrangement)

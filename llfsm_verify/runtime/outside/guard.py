@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.guarding.orders import Order
-from llfsm_verify.guarding.reaction_time import Pace, reaction
+from llfsm_verify.guarding.reaction_time import Pace, reaction_time
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.deciding.frames import FrameMonitors
@@ -178,7 +178,7 @@ class OutsideGuard:
             before = commands if order.kind is not None else 0
             most = None
             if self._pace is not None and seen > self._began:
-                most = reaction(self._pace, before + 1, self._processes).cycles
+                most = reaction_time(self._pace, before + 1, self._processes).cycles
             self._board.send(request(order))
             self._sent.append(_Waiting(order, seen, most))
             if order.kind is None:

@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 
 from llfsm_verify.backends.native.executor import Data
 from llfsm_verify.backends.native.layout import Layout
+from llfsm_verify.language.scope import IMPLICIT_SUSPEND
 from llfsm_verify.program.program import Program
-from llfsm_verify.semantics.vocabulary import IMPLICIT_SUSPEND
 
 MOST = 30
 """States of a sentence."""

@@ -12,7 +12,7 @@ import pytest
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.guarding.orders import Order
-from llfsm_verify.guarding.reaction_time import Pace, reaction
+from llfsm_verify.guarding.reaction_time import Pace, reaction_time
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.runtime.deciding.frames import FrameMonitors
 from llfsm_verify.runtime.live.loop import LiveCode
@@ -91,7 +91,7 @@ def test_the_worst_reaction_is_the_computed_one(every: int, commands: int) -> No
                 assert suspended == acted[0].frame
                 assert {one.seen for one in acted} == {broken}
                 delays.append(acted[-1].frame - acted[-1].seen)
-    assert max(delays) == reaction(Pace(every), commands).cycles
+    assert max(delays) == reaction_time(Pace(every), commands).cycles
     assert len(delays) > 40
 
 
@@ -105,7 +105,7 @@ def test_with_two_processes_the_target_may_have_its_turn_later() -> None:
             done = [frame[0] for frame in board.all if waits.labels[waits.number(frame)] == "WAITS"]
             if acted and acted[0].most is not None and done:
                 delays.append(done[0] - acted[0].seen)
-    assert max(delays) == reaction(Pace(2), processes=2).cycles == 4
+    assert max(delays) == reaction_time(Pace(2), processes=2).cycles == 4
 
 
 def test_an_input_that_is_posted_and_each_property_once() -> None:
@@ -160,9 +160,9 @@ def test_late_is_more_than_was_promised() -> None:
 
 def test_reactions_of_nothing() -> None:
     with pytest.raises(ValueError, match="at least 1"):
-        reaction(Pace(0))
-    assert reaction(Pace(2, 3), 4).cycles == 10 and reaction(Pace(2, 3), 4).first == 7
-    assert reaction(Pace(1)).milliseconds(20) == 40
+        reaction_time(Pace(0))
+    assert reaction_time(Pace(2, 3), 4).cycles == 10 and reaction_time(Pace(2, 3), 4).first == 7
+    assert reaction_time(Pace(1)).milliseconds(20) == 40
 
 
 class Asleep:
