@@ -22,6 +22,14 @@ _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]")
 """Control characters, line ends among them."""
 
 
+class Codes(dict[str, str]):
+    """Diagnostic codes with their meanings: each is told once, where it gets its name."""
+
+    def add(self, code: str, meaning: str) -> str:
+        self[code] = meaning
+        return code
+
+
 class Source:
     """One text the user gave us: `name` as we show it (a path, or ``<stdin>``) and its whole `text`."""
 
