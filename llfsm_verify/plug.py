@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from llfsm_verify.report.debugging import lines_of
     from llfsm_verify.report.formats import REPORTS, Style, Written
     from llfsm_verify.report.timeline.formats import TIMELINES
-    from llfsm_verify.report.timeline.timeline import Row as TimelineRow
-    from llfsm_verify.report.timeline.timeline import Signal, Timeline
     from llfsm_verify.runtime.debugging.answers import Answer as DebugAnswer
     from llfsm_verify.runtime.debugging.commands import parse as parse_command
     from llfsm_verify.runtime.debugging.paths import DebugError
@@ -35,6 +33,8 @@ if TYPE_CHECKING:
     from llfsm_verify.runtime.ports.numbers import whole_number
     from llfsm_verify.runtime.ports.port import Kind as PortKind
     from llfsm_verify.runtime.ports.port import Link, Port, Started, Unopened
+    from llfsm_verify.runtime.recording.timeline import Row as TimelineRow
+    from llfsm_verify.runtime.recording.timeline import Signal, Timeline
     from llfsm_verify.values import Shown, text
     from llfsm_verify.verification.engines import ENGINES, EngineEntry, Turn
     from llfsm_verify.yaml.fields import Report
@@ -59,7 +59,7 @@ _PLACES = {
     "report.debugging": {"lines_of": "lines_of"},
     "report.formats": {"REPORTS": "REPORTS", "Style": "Style", "Written": "Written"},
     "report.timeline.formats": {"TIMELINES": "TIMELINES"},
-    "report.timeline.timeline": {"TimelineRow": "Row", "Signal": "Signal", "Timeline": "Timeline"},
+    "runtime.recording.timeline": {"TimelineRow": "Row", "Signal": "Signal", "Timeline": "Timeline"},
     "runtime.debugging.answers": {"DebugAnswer": "Answer"},
     "runtime.debugging.commands": {"parse_command": "parse"},
     "runtime.debugging.paths": {"DebugError": "DebugError"},

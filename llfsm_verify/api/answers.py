@@ -20,7 +20,7 @@ from llfsm_verify.verification.trace_replay import Replayed
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from llfsm_verify.report.repeating import Repeated
+    from llfsm_verify.runtime.recording.repeating import Repeated
 
 
 class Reachability(StrEnum):
@@ -248,7 +248,7 @@ class RecordingOutcome:
     def run(self) -> RunView | None:
         """The ringlets that were recorded, as steps; None: a frame differs, the recording is damaged, or it begins
         where a machine was loaded."""
-        from llfsm_verify.report.repeating import trace_of
+        from llfsm_verify.runtime.recording.repeating import trace_of
 
         trace = trace_of(self.wrapped)
         return None if trace is None else RunView(trace, self.wrapped.arrangement)

@@ -77,8 +77,8 @@ def replay(path: str | Path, model: Model | None = None) -> ReplayOutcome | Reco
     Raises `DiagnosticError`: what is wrong with the file, or that the arrangement has not got what it names.
     """
 
-    from llfsm_verify.report.repeating import replay_recording
     from llfsm_verify.runtime.recording.file import is_recording
+    from llfsm_verify.runtime.recording.repeating import replay_recording
 
     def found(path: str, /, *, named_at: Span | None = None) -> Arrangement:
         return load_arrangement(path, named_at=named_at) if model is None else model.wrapped

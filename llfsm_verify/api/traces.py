@@ -17,10 +17,10 @@ from llfsm_verify.jsonvalue import Json
 from llfsm_verify.logic.properties import Property, PropertySet, asked_text
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.json import step_times, trace_object
-from llfsm_verify.report.saving import document_of, refuse_others, saved_text, write_traces
+from llfsm_verify.report.saving import refuse_others, write_traces
 from llfsm_verify.values import Shown, read_back
 from llfsm_verify.verification.query import saved_query
-from llfsm_verify.verification.tracefile import SavedProperty
+from llfsm_verify.verification.tracefile import SavedProperty, document_of, saved_text
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,9 +11,9 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing, special_kind
-from llfsm_verify.logic.properties import Property, PropertySet
+from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.program.program import FaultSite
-from llfsm_verify.verification.tracefile import Expected, SavedProperty, may_be_replaced, trace_document
+from llfsm_verify.verification.tracefile import Expected, SavedProperty, document_of, may_be_replaced, saved_text
 
 if TYPE_CHECKING:
     from llfsm_verify.verification.differential import EnginesDisagree
@@ -42,20 +41,6 @@ def named_runs(result: Result) -> Iterator[tuple[str, PropertyResult | FaultSite
         yield f"{escaped.name}.escape", escaped, result.escape
     for number, finding in enumerate(result.faults.findings, 1):
         yield f"fault-{number}-{finding.site.code}", finding.site, finding.trace
-
-
-def document_of(
-    trace: Trace,
-    arrangement: Arrangement,
-    what: SavedProperty | FaultSite,
-    properties: PropertySet,
-    directory: Path,
-    expect: Expected,
-) -> str:
-    """The text of the file of one trace; `properties` are all those of the check, with their assumptions."""
-    assumptions = tuple((p.name, p.text) for p in properties.assumptions)
-    syntaxes = {p.name: p.syntax for p in properties if p.syntax != "llfsm"}
-    return trace_document(trace, arrangement, what, assumptions, directory, syntaxes, expect)
 
 
 def _named_traces(item: PropertyResult) -> Iterator[tuple[str, Trace]]:
@@ -140,10 +125,3 @@ def unsaved(error: OSError, directory: Path) -> DiagnosticError:
     """E405: traces cannot be written to `directory`."""
     reason = error.strerror or "input/output error"
     return DiagnosticError(Diagnostic("E405", f"traces cannot be saved there: {reason}", file=str(directory)))
-
-
-def saved_text(item: PropertyResult | Property, directory: Path) -> str:
-    """The property's text; the file of an automaton as seen from `directory`."""
-    if not item.kind.startswith("automaton"):
-        return item.text
-    return Path(os.path.relpath(Path(item.span.source.name).parent / item.text, directory)).as_posix()

@@ -13,12 +13,12 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.logic.properties import Property, PropertySet, asked_text
 from llfsm_verify.program.program import FaultSite
-from llfsm_verify.report.saving import SUFFIX, document_of, saved_text, write_traces
+from llfsm_verify.report.saving import SUFFIX, write_traces
 from llfsm_verify.testing.saving import keep_trace
 from llfsm_verify.testing.stretches import Failure
 from llfsm_verify.testing.tested import Tested
 from llfsm_verify.verification.replaying import Replay, replay
-from llfsm_verify.verification.tracefile import SavedProperty
+from llfsm_verify.verification.tracefile import SavedProperty, document_of, saved_text
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

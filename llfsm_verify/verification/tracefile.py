@@ -14,9 +14,10 @@ from llfsm_verify.arrangement.codes import HINTS
 from llfsm_verify.arrangement.files import STDIN, read_source
 from llfsm_verify.arrangement.model import Arrangement, Profile
 from llfsm_verify.checking.trace import Trace, TraceStep
-from llfsm_verify.checking.verdict import GoalKind
+from llfsm_verify.checking.verdict import GoalKind, PropertyResult
 from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.fileformat import FORMAT, judge_format
+from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.verification.trace_fields import EXPECTED, FAULT, GOAL, KINDS, STEP, TRACE
 from llfsm_verify.yaml.compose import compose
@@ -143,6 +144,27 @@ def trace_document(
         )
         lines.append(f"  - {text.rstrip()}")
     return "\n".join(lines) + "\n"
+
+
+def document_of(
+    trace: Trace,
+    arrangement: Arrangement,
+    what: SavedProperty | FaultSite,
+    properties: PropertySet,
+    directory: Path,
+    expect: Expected,
+) -> str:
+    """The text of the file of one trace; `properties` are all those of the check, with their assumptions."""
+    assumptions = tuple((p.name, p.text) for p in properties.assumptions)
+    syntaxes = {p.name: p.syntax for p in properties if p.syntax != "llfsm"}
+    return trace_document(trace, arrangement, what, assumptions, directory, syntaxes, expect)
+
+
+def saved_text(item: PropertyResult | Property, directory: Path) -> str:
+    """The property's text; the file of an automaton as seen from `directory`."""
+    if not item.kind.startswith("automaton"):
+        return item.text
+    return Path(os.path.relpath(Path(item.span.source.name).parent / item.text, directory)).as_posix()
 
 
 def _step(number: int, step: TraceStep, detailed: bool) -> dict[str, object]:

@@ -18,9 +18,8 @@ from hypothesis import strategies as st
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.program.program import Int
 from llfsm_verify.report.timeline.formats import TIMELINES
-from llfsm_verify.report.timeline.reading import recorded
-from llfsm_verify.report.timeline.timeline import NANOSECONDS, UNTIMED_CYCLE, Row, Signal, Timeline
 from llfsm_verify.runtime.recording.replay import replay
+from llfsm_verify.runtime.recording.timeline import NANOSECONDS, UNTIMED_CYCLE, Row, Signal, Timeline, recorded
 from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.values import text
 from tests.cli.running import FAULTY, llfsm

@@ -55,8 +55,7 @@ def run(options: Namespace) -> int:
 
 def _save(answer: QueryResult, arrangement: Arrangement, name: str) -> None:
     """The run, for `llfsm replay`. Raises DiagnosticError (E405)."""
-    from llfsm_verify.report.saving import document_of
-    from llfsm_verify.verification.tracefile import SavedProperty
+    from llfsm_verify.verification.tracefile import SavedProperty, document_of
 
     trace = answer.result.properties[0].trace
     if trace is None:

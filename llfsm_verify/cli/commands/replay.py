@@ -13,8 +13,8 @@ MISFIT = 3
 
 def run(options: Namespace) -> int:
     """The worst code over all traces: 3 when one no longer fits or is no trace file, then 1, then 0."""
-    from llfsm_verify.report.repeating import replay_recording
     from llfsm_verify.runtime.recording.file import is_recording
+    from llfsm_verify.runtime.recording.repeating import replay_recording
 
     worst = 0
     output = Output(options.color, options.width)

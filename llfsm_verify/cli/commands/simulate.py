@@ -200,7 +200,7 @@ def _written(job: _Job, wanted: str, name: str | None) -> int:
     """In a format for other tools; how it ended is said on standard error."""
     from llfsm_verify.cli.io.timelines import write_timeline
     from llfsm_verify.cli.io.whole_file import write_whole
-    from llfsm_verify.report.timeline.reading import stepped
+    from llfsm_verify.runtime.recording.timeline import stepped
 
     number = 0
     if wanted == JSON:

@@ -17,11 +17,10 @@ from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.cli.usage import usage
 from llfsm_verify.report.saving import SUFFIX, refuse_others
 from llfsm_verify.report.timeline.formats import TIMELINES
-from llfsm_verify.report.timeline.reading import recorded, traced
-from llfsm_verify.report.timeline.timeline import Timeline
 from llfsm_verify.runtime.recording.file import Recording, is_recording
 from llfsm_verify.runtime.recording.origin import arrangement_of, code_of
 from llfsm_verify.runtime.recording.replay import compared, performed
+from llfsm_verify.runtime.recording.timeline import Timeline, recorded, traced
 from llfsm_verify.verification.trace_replay import replay_file, schedule_of
 
 DAMAGED = 3
@@ -72,7 +71,7 @@ def _told(recording: Recording) -> int:
 def _saved(options: Namespace) -> int:
     """A piece of a recording as a saved trace. DiagnosticError: there is no such piece (E488), or it cannot be written
     there (E405)."""
-    from llfsm_verify.report.piece import piece_of
+    from llfsm_verify.runtime.deciding.piece import piece_of
 
     first, last = options.steps
     name = options.output if options.output not in (None, "") else "-"

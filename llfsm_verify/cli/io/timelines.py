@@ -13,7 +13,7 @@ from llfsm_verify.report.timeline.codes import UNWRITABLE
 from llfsm_verify.report.timeline.formats import TIMELINES
 
 if TYPE_CHECKING:
-    from llfsm_verify.report.timeline.timeline import Timeline
+    from llfsm_verify.runtime.recording.timeline import Timeline
 
 
 def write_timeline(timeline: Timeline, wanted: str, output: str | None) -> None:

@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import BinaryIO, NamedTuple
 from xml.etree import ElementTree as ET
 
-from llfsm_verify.report.timeline.timeline import Row, Signal, Timeline, take
+from llfsm_verify.runtime.recording.timeline import Row, Signal, Timeline, take
 from llfsm_verify.values import Shown, text
 
 MOST_ROWS = 2000

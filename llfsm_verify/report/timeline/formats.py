@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, BinaryIO
 from llfsm_verify.registry import Entry, Registry
 
 if TYPE_CHECKING:
-    from llfsm_verify.report.timeline.timeline import Timeline
+    from llfsm_verify.runtime.recording.timeline import Timeline
 
 TIMELINES: Registry[Callable[[Timeline, BinaryIO], None]] = Registry(
     "format of timelines",

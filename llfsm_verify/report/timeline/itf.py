@@ -7,7 +7,7 @@ from decimal import Decimal
 from typing import BinaryIO
 
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.report.timeline.timeline import Row, Timeline
+from llfsm_verify.runtime.recording.timeline import Row, Timeline
 from llfsm_verify.values import Shown, text
 
 EXACT = 1 << 53

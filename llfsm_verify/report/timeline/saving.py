@@ -7,26 +7,12 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.replay.execution import Execution
-from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Result
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing
-from llfsm_verify.program.moves import Move
 from llfsm_verify.report.saving import SUFFIX, named_runs, refuse_special, unsaved
 from llfsm_verify.report.timeline.formats import TIMELINES
-from llfsm_verify.report.timeline.reading import execution_of, stepped
-from llfsm_verify.report.timeline.timeline import Timeline
-
-
-def timeline_of(trace: Trace, arrangement: Arrangement, execution: Execution) -> Timeline:
-    """A row for each step, without the one that ends in a fault, which leaves no configuration."""
-    processes = {process.name: number for number, process in enumerate(arrangement.processes)}
-    moves = (
-        Move(None if step.process is None else processes[step.process], {s.choice: s.value for s in step.choices})
-        for step in trace.steps
-    )
-    return stepped(arrangement, trace.initial_free, moves, None if trace.loop is None else trace.loop + 1, execution)
+from llfsm_verify.runtime.recording.timeline import Timeline, execution_of, timeline_of
 
 
 def try_formats(formats: Iterable[str]) -> None:

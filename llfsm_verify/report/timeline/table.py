@@ -6,7 +6,7 @@ import csv
 import io
 from typing import BinaryIO
 
-from llfsm_verify.report.timeline.timeline import Timeline
+from llfsm_verify.runtime.recording.timeline import Timeline
 from llfsm_verify.values import text
 
 

@@ -6,7 +6,7 @@ import io
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from llfsm_verify.report.timeline.timeline import Signal, Timeline
+from llfsm_verify.runtime.recording.timeline import Signal, Timeline
 from llfsm_verify.values import Shown
 
 if TYPE_CHECKING:

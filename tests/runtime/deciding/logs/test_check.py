@@ -20,7 +20,6 @@ from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.report.schemas import SCHEMAS
 from llfsm_verify.report.timeline.formats import TIMELINES
-from llfsm_verify.report.timeline.reading import recorded
 from llfsm_verify.runtime.deciding.letters import SlotLetters
 from llfsm_verify.runtime.deciding.logs.check import check_log
 from llfsm_verify.runtime.deciding.logs.formats import LOGS
@@ -31,6 +30,7 @@ from llfsm_verify.runtime.live.run import Run
 from llfsm_verify.runtime.recording.file import Recorder, Recording
 from llfsm_verify.runtime.recording.origin import code_of, free_of, header_of
 from llfsm_verify.runtime.recording.replay import replay
+from llfsm_verify.runtime.recording.timeline import recorded
 from llfsm_verify.testing.arrangements import Document, arrangements
 from tests.cli.running import llfsm
 from tests.quick import each, examples, many, spread

@@ -14,7 +14,7 @@ from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import DiagnosticError, Source, Span
 from llfsm_verify.logic.properties import PropertySet, parse_properties
-from llfsm_verify.report.piece import piece_of
+from llfsm_verify.runtime.deciding.piece import piece_of
 from llfsm_verify.runtime.deciding.recordings import check
 from llfsm_verify.runtime.live.plan import plan
 from llfsm_verify.runtime.live.run import Run

@@ -14,7 +14,6 @@ from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Disagreement, counted
 from llfsm_verify.logic.properties import PropertySet
-from llfsm_verify.report.saving import document_of, saved_text
 from llfsm_verify.runtime.deciding.recordings import Decided, check
 from llfsm_verify.runtime.recording.codes import UNSAVED
 from llfsm_verify.runtime.recording.file import Recording
@@ -22,7 +21,7 @@ from llfsm_verify.runtime.recording.origin import arrangement_of, code_of, free_
 from llfsm_verify.runtime.recording.replay import performed
 from llfsm_verify.runtime.recording.ringlets import Ringlet, ringlets
 from llfsm_verify.verification.replaying import replay
-from llfsm_verify.verification.tracefile import Expected, SavedProperty
+from llfsm_verify.verification.tracefile import Expected, SavedProperty, document_of, saved_text
 
 
 @dataclass(frozen=True, slots=True)
