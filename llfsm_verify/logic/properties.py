@@ -19,7 +19,7 @@ from llfsm_verify.logic.parsing.bounds import time_bounds
 from llfsm_verify.logic.parsing.definitions import Definitions, Member, family, is_definition, is_family
 from llfsm_verify.logic.parsing.delays import refuse_delay_of_sva
 from llfsm_verify.logic.parsing.formulas import parse_words
-from llfsm_verify.logic.parsing.habits import with_habit
+from llfsm_verify.logic.parsing.mistakes import with_habit
 from llfsm_verify.logic.parsing.patterns import read_pattern
 from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, Token, tokenise
 from llfsm_verify.logic.parsing.words import Words

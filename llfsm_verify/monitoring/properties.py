@@ -14,10 +14,9 @@ from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import TICK, Clock
 from llfsm_verify.logic.formula import TIMED, Formula, atoms, conjunction, operators
 from llfsm_verify.logic.properties import Property, PropertySet
-from llfsm_verify.monitoring.monitor import monitor, monitor_of
+from llfsm_verify.monitoring.monitor import always_ticking, monitor, monitor_of, timed_automaton
 from llfsm_verify.monitoring.regular import regular_to_monitor
 from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
-from llfsm_verify.monitoring.timed import always_ticking, timed_automaton
 
 MAX_PAIRS = 20_000
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guard, Guards
 from llfsm_verify.automata.finite.expressions import DeterministicAutomaton
-from llfsm_verify.automata.finite.words import allowed_words
+from llfsm_verify.automata.finite.monitor import allowed_words
 from llfsm_verify.limits import tick
 from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import Formula

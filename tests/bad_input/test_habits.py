@@ -11,7 +11,7 @@ from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, meant_at
 from llfsm_verify.language.habits import IN_ACTIONS, IN_GUARDS
-from llfsm_verify.logic.parsing.habits import HABITS, IN_EXPRESSIONS
+from llfsm_verify.logic.parsing.mistakes import HABITS, IN_EXPRESSIONS
 from llfsm_verify.logic.properties import parse_properties
 
 CROSSING = """\

@@ -8,7 +8,7 @@ from typing import cast
 import pytest
 
 from llfsm_verify.automata.ltl.translate import translate
-from llfsm_verify.automata.omega.closure import closure_of
+from llfsm_verify.automata.omega.reduction import closure_of
 from llfsm_verify.checking.goals import automata
 from llfsm_verify.checking.goals.automata import AutomatonGoal
 from llfsm_verify.checking.replay.confirm import ReplayedRun

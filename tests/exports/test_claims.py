@@ -13,8 +13,7 @@ from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.diagnostics import Fragment, Source
-from llfsm_verify.exports.claims import never_claim
-from llfsm_verify.exports.formulas import PROMELA, fair, readable
+from llfsm_verify.exports.formulas import PROMELA, fair, never_claim, readable
 from llfsm_verify.exports.promela.model import promela
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.lasso import evaluate

@@ -17,10 +17,9 @@ from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.bounds import TICK
 from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.monitoring import machine as writer
-from llfsm_verify.monitoring.machine import Action, monitor_machine
+from llfsm_verify.monitoring.machine import Action, monitor_machine, sight
 from llfsm_verify.monitoring.machine_reads import reads
 from llfsm_verify.monitoring.properties import Timing, monitor_properties
-from llfsm_verify.monitoring.sampling import sight
 from llfsm_verify.monitoring.states import Monitorability, MonitorVerdict
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import arrangements

@@ -11,7 +11,7 @@ from llfsm_verify.analysis.vacuity.escapes import escape_finding
 from llfsm_verify.analysis.vacuity.letters import Letters
 from llfsm_verify.analysis.vacuity.subformulas import Holds, TooManySubformulas, findings
 from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.automata.ltl.validity import contradict, forbids, is_satisfiable, is_valid
+from llfsm_verify.automata.ltl.satisfiability import contradict, forbids, is_satisfiable, is_valid
 from llfsm_verify.checking.engine import Explored
 from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal

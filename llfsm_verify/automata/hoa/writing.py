@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from llfsm_verify.automata.automaton import Automaton, Edge
-from llfsm_verify.automata.omega.witnesses import is_deterministic
+from llfsm_verify.automata.omega.products import is_deterministic
 
 
 def write_hoa(automaton: Automaton, name: str | None = None) -> str:

@@ -14,13 +14,12 @@ from llfsm_verify.automata.ltl.satisfiability import satisfying_word
 from llfsm_verify.automata.ltl.translate import translate, without_sets
 from llfsm_verify.automata.ltl.translation import automaton_of
 from llfsm_verify.automata.omega.degeneralise import state_based
+from llfsm_verify.automata.omega.products import Letter, Word, accepted_word, common_word
 from llfsm_verify.automata.omega.reduction import reduce_by_state
 from llfsm_verify.automata.omega.symbolic import from_automaton, to_automaton
-from llfsm_verify.automata.omega.witnesses import Letter, Word, accepted_word, common_word
-from llfsm_verify.logic.bounds import without_steps
-from llfsm_verify.logic.formula import Formula, apply, atoms, is_plain, negation, postorder
+from llfsm_verify.logic.bounds import HIDDEN, rebuilt, without_steps
+from llfsm_verify.logic.formula import Formula, apply, atom, atoms, is_plain, negation, postorder
 from llfsm_verify.logic.rewriting.implication import MAX_ATOMS, Implication
-from llfsm_verify.logic.rewriting.shape import shape
 from llfsm_verify.logic.rewriting.simplify import Simplifier
 
 MAX_REMEMBERED = 4_096
@@ -179,3 +178,20 @@ def buchi_of(formula: Formula) -> Automaton:
 
     size = len(automaton.atoms)
     return over(TruthTables(size)) if size <= MAX_TABLE else over(Diagrams(size))
+
+
+def shape(*formulas: Formula) -> tuple[tuple[Formula, ...], dict[str, str]]:
+    """`formulas` with their atoms renamed in order of first appearance, the same for all formulas of one pattern; and
+    the atoms' keys by the new ones, in that order."""
+    names: dict[str, str] = {}
+    done: dict[Formula, Formula] = {}
+    for node in postorder(*formulas):
+        if node.op == "atom":
+            name = f"{HIDDEN}shape{len(names)}"
+            names[name] = node.key
+            done[node] = atom(name)
+        elif node.args:
+            done[node] = rebuilt(node, tuple(done[a] for a in node.args))
+        else:
+            done[node] = node
+    return tuple(done[f] for f in formulas), names

@@ -78,10 +78,10 @@ def monitor_of(formula: Formula, atom_order: Sequence[str], clock: Clock | None 
     if is_plain(plain):
         return BadPrefix(plain, atom_order)
     if clock is not None and operators(plain) & TIMED:
-        from llfsm_verify.automata.ltl.counting_monitor import CountingMonitor
+        from llfsm_verify.automata.ltl.counting import CountingMonitor
 
         return CountingMonitor(_counting(plain, atom_order, clock))
-    from llfsm_verify.automata.omega.closure import closure_of
+    from llfsm_verify.automata.omega.reduction import closure_of
 
     automaton = automaton_of(plain, atom_order)
     return BadPrefix.of_closure(closure_of(automaton) if automaton.acceptance_sets else automaton)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.boolean import Guard, Guards
+from llfsm_verify.automata.omega.products import is_deterministic
 from llfsm_verify.automata.omega.reduction import smaller
-from llfsm_verify.automata.omega.witnesses import is_deterministic
 from llfsm_verify.limits import tick
 
 MAX_STATES = 20_000

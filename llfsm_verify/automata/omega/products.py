@@ -1,4 +1,4 @@
-"""Products: a word in an automaton, and two automata side by side."""
+"""Products: a word in an automaton, and two automata side by side, with the words that both accept."""
 
 from __future__ import annotations
 
@@ -32,16 +32,64 @@ def disjoint(left: Automaton, right: Automaton, *, closure: bool = False) -> boo
 
     The automata have the same atoms (ValueError).
     """
+    if closure:
+        rows = tuple(tuple(Edge(e.positive, e.negative, e.target, 0) for e in row) for row in left.edges)
+        left = Automaton(left.atoms, rows, 0)
+    return common_word(left, right) is None
+
+
+Letter = tuple[tuple[str, bool], ...]
+"""The atoms that matter, each with its truth."""
+Word = tuple[tuple[Letter, ...], tuple[Letter, ...]]
+"""A stem and a loop."""
+
+
+def accepted_word(automaton: Automaton) -> Word | None:
+    """A word that `automaton` accepts, on a shortest way to a loop; None: it accepts no word."""
+    return common_word(automaton, Automaton(automaton.atoms, ((),), 0), alone=True)
+
+
+def common_word(left: Automaton, right: Automaton, *, alone: bool = False) -> Word | None:
+    """A word that both accept; None: they share none. The atoms are the same (ValueError). `alone`: `left` alone."""
     if left.atoms != right.atoms:
         raise ValueError("the automata have different atoms")
-    sets = 0 if closure else left.acceptance_sets
 
-    def successors(pair: Pair) -> Iterator[tuple[None, int, Pair]]:
+    def successors(pair: tuple[int, int]) -> Iterator[tuple[tuple[int, int], int, tuple[int, int]]]:
         for a in left.edges[pair[0]]:
+            if alone:
+                yield (a.positive, a.negative), a.acceptance, (a.target, 0)
+                continue
             for b in right.edges[pair[1]]:
                 if not (a.positive & b.negative or a.negative & b.positive):
-                    acceptance = b.acceptance << sets | (0 if closure else a.acceptance)
-                    yield None, acceptance, (a.target, b.target)
+                    label = a.positive | b.positive, a.negative | b.negative
+                    yield label, a.acceptance | b.acceptance << left.acceptance_sets, (a.target, b.target)
 
     initial = [] if left.is_empty or right.is_empty else [(0, 0)]
-    return find_accepting_lasso(initial, successors, sets + right.acceptance_sets) is None
+    sets = left.acceptance_sets + (0 if alone else right.acceptance_sets)
+    found = find_accepting_lasso(initial, successors, sets)
+    if found is None:
+        return None
+
+    def letter(label: tuple[int, int]) -> Letter:
+        positive, negative = label
+        return tuple(
+            (key, bool(positive >> i & 1)) for i, key in enumerate(left.atoms) if (positive | negative) >> i & 1
+        )
+
+    return tuple(letter(label) for label, _ in found.stem), tuple(letter(label) for label, _ in found.loop)
+
+
+def is_deterministic(automaton: Automaton) -> bool:
+    """No letter allows two transitions of one state (to different targets or with different acceptance)."""
+    for row in automaton.edges:
+        for i, a in enumerate(row):
+            for b in row[:i]:
+                different = (a.target, a.acceptance) != (b.target, b.acceptance)
+                if different and not (a.positive & b.negative or a.negative & b.positive):
+                    return False
+    return True
+
+
+def transitions(automaton: Automaton) -> int:
+    """The number of transitions, those of equal ends and acceptance counted once whatever letters they are for."""
+    return sum(len({(e.target, e.acceptance) for e in row}) for row in automaton.edges)

@@ -64,3 +64,13 @@ def smaller(automaton: Automaton) -> Automaton:
         return to_automaton(graph, automaton.atoms, places)
 
     return over(TruthTables(len(places))) if len(places) <= MAX_TABLE else over(Diagrams(len(places)))
+
+
+def closure_of(automaton: Automaton) -> Automaton:
+    """An automaton without acceptance sets, with an accepted word from each state; see `reduction.closure`."""
+    keys = automaton.atoms
+
+    def over(alphabet: Alphabet[L]) -> Automaton:
+        return to_automaton(closure(from_automaton(automaton, alphabet)), keys, range(len(keys)))
+
+    return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))

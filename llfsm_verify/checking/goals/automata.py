@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
-from llfsm_verify.automata.omega.closure import closure_of
 from llfsm_verify.automata.omega.complement import complement, has_complement
 from llfsm_verify.automata.omega.products import accepts, disjoint
+from llfsm_verify.automata.omega.reduction import closure_of
 from llfsm_verify.automata.safety import BadPrefix, PrefixMonitor
 from llfsm_verify.checking.claims import continuations
 from llfsm_verify.checking.replay.confirm import Letter, ReplayedRun

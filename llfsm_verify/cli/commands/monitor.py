@@ -157,8 +157,7 @@ def _machine(
     options: Namespace, found: Monitored, lines: PropertySet, arrangement: Arrangement | None, clock: Clock | None
 ) -> str:
     """The machine file; what the machine sees is said in it and on standard error."""
-    from llfsm_verify.monitoring.machine import Action, monitor_machine
-    from llfsm_verify.monitoring.sampling import sight
+    from llfsm_verify.monitoring.machine import Action, monitor_machine, sight
 
     places: Mapping[str, Fragment] = {**lines.atoms, **found.line.atoms}
     action = Action(tuple(dict.fromkeys(options.set)), tuple(dict.fromkeys(options.suspend)))

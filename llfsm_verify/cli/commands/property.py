@@ -123,7 +123,7 @@ def _classify(line: Line, _: Namespace, results: Results) -> None:
 
 
 def _translate(line: Line, options: Namespace, results: Results) -> None:
-    from llfsm_verify.automata.omega.witnesses import is_deterministic, transitions
+    from llfsm_verify.automata.omega.products import is_deterministic, transitions
 
     automaton = _told(line, lambda: results.answers.automaton(line.formula(), buchi=options.buchi))
     if options.stats:
@@ -175,7 +175,7 @@ def _compare(line: Line, results: Results, *, both: bool) -> None:
 
 
 def _simplify(line: Line, options: Namespace, results: Results) -> None:
-    from llfsm_verify.logic.rewriting.simplify_any import simplify_any
+    from llfsm_verify.logic.rewriting.simplify import simplify_any
     from llfsm_verify.logic.syntaxes import print_in
 
     results.add(print_in(options.to or line.syntax, simplify_any(line.formula())))

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.automata.ltl.validity import contradict
+from llfsm_verify.automata.ltl.satisfiability import contradict
 from llfsm_verify.backends.smt.sizes import NumberTooLarge
 from llfsm_verify.checking.engine import Answer, Given, Holds, Session, Unknown, Violated
 from llfsm_verify.checking.goals.formulas import impossible

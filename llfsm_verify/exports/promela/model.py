@@ -15,7 +15,6 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.exports.claims import never_claim
 from llfsm_verify.exports.flat import (
     Flat,
     Identifiers,
@@ -32,6 +31,7 @@ from llfsm_verify.exports.formulas import (
     STOPPED,
     YES,
     fair,
+    never_claim,
     readable,
     under,
 )

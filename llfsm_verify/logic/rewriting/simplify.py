@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from llfsm_verify.limits import tick
-from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, postorder
+from llfsm_verify.logic.bounds import rebuilt, without_steps
+from llfsm_verify.logic.formula import ARITY, EXPRESSIONS, FALSE, TRUE, Formula, Op, apply, negation, postorder
 from llfsm_verify.logic.rewriting.implication import Implication
 from llfsm_verify.logic.rewriting.normal_form import both, either, nnf, temporal
 from llfsm_verify.logic.rewriting.simplify_joins import after_next, join, later, leading_next
@@ -271,3 +272,47 @@ def _split(f: Formula, wanted: Callable[[Formula], bool]) -> tuple[list[Formula]
 
 def _bare(a: Formula) -> Formula:
     return after_next(a, leading_next(a))
+
+
+def simplify_any(formula: Formula) -> Formula:
+    """An equivalent of `formula`: step bounds written out, each largest subformula of plain temporal logic simplified.
+
+    The rules for plain formulas hold at every position of every word, so they hold below operators of the past, of time
+    and after expressions as well. Expressions themselves stay as they are.
+    """
+    written = without_steps(formula)
+    order = postorder(written)
+    plain: set[Formula] = set()
+    for node in order:
+        if node.op in ARITY and all(a in plain for a in node.args):
+            plain.add(node)
+    simplifier = Simplifier()
+    if written in plain:
+        return simplifier.simplify(nnf(written))
+    done: dict[Formula, Formula] = {}
+    for node in order:
+        if node not in plain:
+            done[node] = _joined(node, tuple(_part(node, a, done, simplifier) for a in node.args))
+    return done[written]
+
+
+def _part(owner: Formula, part: Formula, done: dict[Formula, Formula], simplifier: Simplifier) -> Formula:
+    if part in done:
+        return done[part]
+    if owner.op in EXPRESSIONS or (owner.op in ("[]->", "<>->", "closure") and part is owner.args[0]):
+        return part  # a letter
+    done[part] = simplifier.simplify(nnf(part))
+    return done[part]
+
+
+def _joined(node: Formula, args: tuple[Formula, ...]) -> Formula:
+    match node.op:
+        case "and":
+            return both(args)
+        case "or":
+            return either(args)
+        case "not":
+            return negation(args[0])
+        case "X" | "F" | "G" | "U" | "W" | "R" | "M":
+            return temporal(node.op, *args)
+    return rebuilt(node, args)

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guards
 from llfsm_verify.automata.finite.expressions import _first_and_rest, determinise, minimise, nondeterministic
-from llfsm_verify.automata.finite.monitor import EmptyWordForbidden, NoWord, RegularMonitor
-from llfsm_verify.automata.finite.words import allowed_words
+from llfsm_verify.automata.finite.monitor import EmptyWordForbidden, NoWord, RegularMonitor, allowed_words
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.bounds import repeat
 from llfsm_verify.logic.expressions import derivative, has_word, letters, nullable

@@ -10,7 +10,7 @@ from llfsm_verify.automata.omega.products import accepts
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.logic.formula import apply, atom, negation
 from llfsm_verify.logic.lasso import evaluate
-from llfsm_verify.logic.rewriting.simplify_any import simplify_any
+from llfsm_verify.logic.rewriting.simplify import simplify_any
 from llfsm_verify.logic.syntaxes import parse_in
 from llfsm_verify.testing.formulas import formulas, lassos
 from tests.automata.ltl.test_psl import KEYS, bound, past

@@ -9,8 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.automata.ltl.counting import Counting
-from llfsm_verify.automata.ltl.counting_monitor import CountingMonitor
+from llfsm_verify.automata.ltl.counting import Counting, CountingMonitor
 from llfsm_verify.automata.ltl.translation import is_safety_property, monitor_of, reader_of
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.moves import moves_of
@@ -273,7 +272,7 @@ def test_subsets_keep_the_least_levels_only():
 
 def test_too_many_states_are_refused(monkeypatch):
     monkeypatch.setattr("llfsm_verify.automata.ltl.counting.MAX_STATES", 10)
-    monkeypatch.setattr("llfsm_verify.automata.ltl.counting_monitor.MAX_LOOKED", 0)
+    monkeypatch.setattr("llfsm_verify.automata.ltl.counting.MAX_LOOKED", 0)
     monitor = monitor_of(parsed("G (p -> F[<=500ms] q)"), ORDER, CLOCK)
     with pytest.raises(AutomatonTooLarge, match="10 states"):
         read(monitor, [{"p"}] + [{TICK}] * 30)
@@ -285,7 +284,7 @@ def test_large_automata_find_bad_prefixes_late_but_all_of_them(monkeypatch):
     word = [set(), {TICK}, {TICK}, {TICK}, set()]
     exact = monitor_of(f, ORDER, CLOCK)
     assert exact.exact and read(exact, word) == 1
-    monkeypatch.setattr("llfsm_verify.automata.ltl.counting_monitor.MAX_LOOKED", 0)
+    monkeypatch.setattr("llfsm_verify.automata.ltl.counting.MAX_LOOKED", 0)
     late = monitor_of(f, ORDER, CLOCK)
     assert not late.exact and read(late, word) == 4
 

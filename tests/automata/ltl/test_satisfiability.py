@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from llfsm_verify.automata.ltl import satisfiability
 from llfsm_verify.automata.ltl.satisfiability import satisfying_word
 from llfsm_verify.automata.ltl.translate import translate
-from llfsm_verify.automata.omega.witnesses import accepted_word
+from llfsm_verify.automata.omega.products import accepted_word
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.logic.formula import Formula, atoms
 from llfsm_verify.logic.lasso import evaluate

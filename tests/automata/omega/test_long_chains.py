@@ -12,7 +12,7 @@ from llfsm_verify.limits import LimitReached, ticking
 from llfsm_verify.logic.bounds import without_steps
 from llfsm_verify.logic.formula import Formula, depth
 from llfsm_verify.logic.lasso import evaluate
-from llfsm_verify.logic.rewriting.simplify_any import simplify_any
+from llfsm_verify.logic.rewriting.simplify import simplify_any
 from llfsm_verify.logic.syntaxes import parse_in
 
 
