@@ -124,15 +124,6 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:  # a type checker shall find a name that there is not
+    from llfsm_verify.lazily import lazily
 
-    def __getattr__(name: str) -> object:
-        from importlib import import_module
-
-        for room, names in _ROOMS.items():
-            if name in names:
-                found = globals()[name] = getattr(import_module(f"{__name__}.{room}"), name)
-                return found
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-    def __dir__() -> list[str]:
-        return sorted({*globals(), *__all__})
+    __getattr__, __dir__ = lazily(__name__, _ROOMS)

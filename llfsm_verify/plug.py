@@ -42,61 +42,35 @@ if TYPE_CHECKING:
     from llfsm_verify.yaml.tables import NUMBER, TRUTHS, Field, Single, Table, Words
 
 _PLACES = {
-    "checking.engine": {
-        "Answer": "Answer",
-        "Given": "Given",
-        "Holds": "Holds",
-        "Session": "Session",
-        "Unknown": "Unknown",
-        "Violated": "Violated",
-    },
-    "checking.goals.goal": {"Goal": "Goal"},
-    "checking.replay.confirm": {"Schedule": "Schedule"},
-    "jsonvalue": {"Json": "Json"},
-    "limits": {"LimitReached": "LimitReached", "tick": "tick"},
-    "program.moves": {"Move": "Move"},
-    "registry": {"Entry": "Entry", "Package": "Package"},
-    "report.debugging": {"lines_of": "lines_of"},
-    "report.formats": {"REPORTS": "REPORTS", "Style": "Style", "Written": "Written"},
-    "report.timeline.formats": {"TIMELINES": "TIMELINES"},
-    "runtime.recording.timeline": {"TimelineRow": "Row", "Signal": "Signal", "Timeline": "Timeline"},
-    "runtime.debugging.answers": {"DebugAnswer": "Answer"},
-    "runtime.debugging.commands": {"parse_command": "parse"},
-    "runtime.debugging.paths": {"DebugError": "DebugError"},
-    "runtime.debugging.session": {"FRONT_ENDS": "FRONT_ENDS", "DebugSession": "Session"},
-    "runtime.deciding.logs.cells": {"cell_text": "cell_text"},
-    "runtime.deciding.logs.formats": {
-        "LOGS": "LOGS",
-        "NoColumn": "NoColumn",
-        "Row": "Row",
-        "Unreadable": "Unreadable",
-        "Wanted": "Wanted",
-    },
-    "runtime.ports.codes": {"WRONG_PORT": "UNKNOWN"},
-    "runtime.ports.kinds": {"PORTS": "PORTS"},
-    "runtime.ports.line_port": {"LinePort": "LinePort"},
-    "runtime.ports.numbers": {"whole_number": "whole_number"},
-    "runtime.ports.port": {
-        "PortKind": "Kind",
-        "Link": "Link",
-        "Port": "Port",
-        "Started": "Started",
-        "Unopened": "Unopened",
-    },
-    "values": {"Shown": "Shown", "text": "text"},
-    "verification.engines": {"ENGINES": "ENGINES", "EngineEntry": "EngineEntry", "Turn": "Turn"},
-    "yaml.fields": {"Report": "Report"},
-    "yaml.nodes": {"Node": "Node", "mark": "mark"},
-    "yaml.tables": {
-        "NUMBER": "NUMBER",
-        "TRUTHS": "TRUTHS",
-        "Field": "Field",
-        "Single": "Single",
-        "Table": "Table",
-        "Words": "Words",
-    },
+    "checking.engine": ("Answer", "Given", "Holds", "Session", "Unknown", "Violated"),
+    "checking.goals.goal": ("Goal",),
+    "checking.replay.confirm": ("Schedule",),
+    "jsonvalue": ("Json",),
+    "limits": ("LimitReached", "tick"),
+    "program.moves": ("Move",),
+    "registry": ("Entry", "Package"),
+    "report.debugging": ("lines_of",),
+    "report.formats": ("REPORTS", "Style", "Written"),
+    "report.timeline.formats": ("TIMELINES",),
+    "runtime.recording.timeline": ("Row as TimelineRow", "Signal", "Timeline"),
+    "runtime.debugging.answers": ("Answer as DebugAnswer",),
+    "runtime.debugging.commands": ("parse as parse_command",),
+    "runtime.debugging.paths": ("DebugError",),
+    "runtime.debugging.session": ("FRONT_ENDS", "Session as DebugSession"),
+    "runtime.deciding.logs.cells": ("cell_text",),
+    "runtime.deciding.logs.formats": ("LOGS", "NoColumn", "Row", "Unreadable", "Wanted"),
+    "runtime.ports.codes": ("UNKNOWN as WRONG_PORT",),
+    "runtime.ports.kinds": ("PORTS",),
+    "runtime.ports.line_port": ("LinePort",),
+    "runtime.ports.numbers": ("whole_number",),
+    "runtime.ports.port": ("Kind as PortKind", "Link", "Port", "Started", "Unopened"),
+    "values": ("Shown", "text"),
+    "verification.engines": ("ENGINES", "EngineEntry", "Turn"),
+    "yaml.fields": ("Report",),
+    "yaml.nodes": ("Node", "mark"),
+    "yaml.tables": ("NUMBER", "TRUTHS", "Field", "Single", "Table", "Words"),
 }
-"""Where each name is, below this package, and what it is called there."""
+"""Where each name is, below this package."""
 
 __all__ = [
     "ENGINES", "FRONT_ENDS", "LOGS", "NUMBER", "PORTS", "REPORTS", "TIMELINES", "TRUTHS", "WRONG_PORT", "Answer",
@@ -108,12 +82,6 @@ __all__ = [
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # a type checker shall find a name that there is not
+    from llfsm_verify.lazily import lazily
 
-    def __getattr__(name: str) -> object:
-        from importlib import import_module
-
-        for place, names in _PLACES.items():
-            if name in names:
-                found = globals()[name] = getattr(import_module(f"llfsm_verify.{place}"), names[name])
-                return found
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    __getattr__, __dir__ = lazily(__name__, _PLACES)

@@ -12,6 +12,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from llfsm_verify.lazily import lazily
+
 if TYPE_CHECKING:
     from llfsm_verify.testing.run import Run, RunFailed, Subject
     from llfsm_verify.testing.stateful import ArrangementStateMachine
@@ -33,27 +35,20 @@ __all__ = [
     "runs",
 ]
 
-_MODULES = {
-    "ArrangementStateMachine": "stateful",
-    "Run": "run",
-    "RunFailed": "run",
-    "Stretch": "stretches",
-    "Subject": "run",
-    "UntestedWarning": "tested",
-    "input_sequences": "strategies",
-    "inputs": "strategies",
-    "load": "subject",
-    "runs": "strategies",
+_PLACES = {
+    "testing.run": ("Run", "RunFailed", "Subject"),
+    "testing.stateful": ("ArrangementStateMachine",),
+    "testing.strategies": ("input_sequences", "inputs", "runs"),
+    "testing.stretches": ("Stretch",),
+    "testing.subject": ("load",),
+    "testing.tested": ("UntestedWarning",),
 }
+_load, __dir__ = lazily(__name__, _PLACES)
 
 
 def __getattr__(name: str) -> object:
-    from importlib import import_module
-
-    if name not in _MODULES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     try:
-        return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+        return _load(name)
     except ModuleNotFoundError as error:
         if error.name is None or error.name.partition(".")[0] != "hypothesis":
             raise
