@@ -30,12 +30,12 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.monitoring.properties import monitor_properties
+from llfsm_verify.runtime.launch import serve
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.frame import COMMITTED
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
-from llfsm_verify.runtime.live.preparing import starting_values
+from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.runtime.live.run import Lateness
-from llfsm_verify.runtime.live.serving import serve
 from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.recording.file import Recorder
 from llfsm_verify.runtime.whiteboard.client import Whiteboard

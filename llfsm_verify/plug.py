@@ -20,19 +20,16 @@ if TYPE_CHECKING:
     from llfsm_verify.report.debugging import lines_of
     from llfsm_verify.report.formats import REPORTS, Style, Written
     from llfsm_verify.report.timeline.formats import TIMELINES
-    from llfsm_verify.runtime.debugging.answers import Answer as DebugAnswer
+    from llfsm_verify.runtime.debugging.commands import Answer as DebugAnswer
     from llfsm_verify.runtime.debugging.commands import parse as parse_command
     from llfsm_verify.runtime.debugging.paths import DebugError
     from llfsm_verify.runtime.debugging.session import FRONT_ENDS
     from llfsm_verify.runtime.debugging.session import Session as DebugSession
-    from llfsm_verify.runtime.deciding.logs.cells import cell_text
-    from llfsm_verify.runtime.deciding.logs.formats import LOGS, NoColumn, Row, Unreadable, Wanted
-    from llfsm_verify.runtime.ports.codes import UNKNOWN as WRONG_PORT
-    from llfsm_verify.runtime.ports.kinds import PORTS
+    from llfsm_verify.runtime.deciding.logs.formats import LOGS, NoColumn, Row, Unreadable, Wanted, cell_text
+    from llfsm_verify.runtime.ports import UNKNOWN as WRONG_PORT
     from llfsm_verify.runtime.ports.line_port import LinePort
-    from llfsm_verify.runtime.ports.numbers import whole_number
+    from llfsm_verify.runtime.ports.port import PORTS, Link, Port, Started, Unopened, whole_number
     from llfsm_verify.runtime.ports.port import Kind as PortKind
-    from llfsm_verify.runtime.ports.port import Link, Port, Started, Unopened
     from llfsm_verify.runtime.recording.timeline import Row as TimelineRow
     from llfsm_verify.runtime.recording.timeline import Signal, Timeline
     from llfsm_verify.values import Shown, text
@@ -53,17 +50,13 @@ _PLACES = {
     "report.formats": ("REPORTS", "Style", "Written"),
     "report.timeline.formats": ("TIMELINES",),
     "runtime.recording.timeline": ("Row as TimelineRow", "Signal", "Timeline"),
-    "runtime.debugging.answers": ("Answer as DebugAnswer",),
-    "runtime.debugging.commands": ("parse as parse_command",),
+    "runtime.debugging.commands": ("Answer as DebugAnswer", "parse as parse_command"),
     "runtime.debugging.paths": ("DebugError",),
     "runtime.debugging.session": ("FRONT_ENDS", "Session as DebugSession"),
-    "runtime.deciding.logs.cells": ("cell_text",),
-    "runtime.deciding.logs.formats": ("LOGS", "NoColumn", "Row", "Unreadable", "Wanted"),
-    "runtime.ports.codes": ("UNKNOWN as WRONG_PORT",),
-    "runtime.ports.kinds": ("PORTS",),
+    "runtime.deciding.logs.formats": ("LOGS", "NoColumn", "Row", "Unreadable", "Wanted", "cell_text"),
+    "runtime.ports": ("UNKNOWN as WRONG_PORT",),
     "runtime.ports.line_port": ("LinePort",),
-    "runtime.ports.numbers": ("whole_number",),
-    "runtime.ports.port": ("Kind as PortKind", "Link", "Port", "Started", "Unopened"),
+    "runtime.ports.port": ("PORTS", "Kind as PortKind", "Link", "Port", "Started", "Unopened", "whole_number"),
     "values": ("Shown", "text"),
     "verification.engines": ("ENGINES", "EngineEntry", "Turn"),
     "yaml.fields": ("Report",),

@@ -15,10 +15,10 @@ from llfsm_verify.logic.syntax_names import TABLES
 from llfsm_verify.registry import Entry, Registry, Unregistered
 from llfsm_verify.report.drawing.formats import DRAWINGS, PICTURES
 from llfsm_verify.report.formats import REPORTS
-from llfsm_verify.report.schemas import SCHEMAS
+from llfsm_verify.report.schema import SCHEMAS
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.runtime.deciding.logs.formats import LOGS
-from llfsm_verify.runtime.ports.kinds import PORTS
+from llfsm_verify.runtime.ports.port import PORTS
 from llfsm_verify.verification.engines import ENGINES, FEATURES, GROUP, EngineEntry, Engines, Turn, table
 from llfsm_verify.verification.portfolio import stages_of
 from tests.cli.running import LIGHTS, llfsm

@@ -41,7 +41,7 @@ from llfsm_verify.kripke.structure import Structure, structure
 from llfsm_verify.limits import Budget
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
-from llfsm_verify.report.drawing.codes import NO_LIBRARY
+from llfsm_verify.report.drawing import NO_LIBRARY
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.drawing.graph import Graph, summarise

@@ -38,7 +38,7 @@ from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES
 from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.report.drawing.formats import DRAWINGS, PICTURES
-from llfsm_verify.report.schemas import SCHEMAS
+from llfsm_verify.report.schema import SCHEMAS
 
 
 def llfsm_parser(words: Sequence[str] | None = None) -> Parser:

@@ -12,11 +12,10 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.runtime.debugging.debugger import Debugger
-from llfsm_verify.runtime.debugging.paths import Free, Recorded, Traced
+from llfsm_verify.runtime.debugging.paths import Free, Recorded, Start, Traced
 from llfsm_verify.runtime.debugging.paths import Path as Walked
 from llfsm_verify.runtime.debugging.session import Driven, Session
-from llfsm_verify.runtime.debugging.start import Start
-from llfsm_verify.runtime.live.codes import ABSENT
+from llfsm_verify.runtime.live import ABSENT
 from llfsm_verify.runtime.stepping.drawing import drawing_of, free_values
 from llfsm_verify.semantics.lowering import lower
 

@@ -17,7 +17,7 @@ from llfsm_verify.guarding.reaction_time import Pace, reaction_time
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.runtime.deciding.frames import FrameMonitors
 from llfsm_verify.runtime.deciding.recordings import Decided
-from llfsm_verify.runtime.live.codes import ABSENT
+from llfsm_verify.runtime.live import ABSENT
 from llfsm_verify.runtime.outside.guard import Acted, OutsideGuard, Sent, refusals
 from llfsm_verify.runtime.whiteboard.client import Whiteboard
 from llfsm_verify.runtime.whiteboard.posts import WRITE

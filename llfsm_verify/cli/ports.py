@@ -9,8 +9,8 @@ from pathlib import Path
 
 from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.live.slots import inputs_of, slots_of
-from llfsm_verify.runtime.ports.ends import STANDARD_INPUT, STANDARD_OUTPUT
 from llfsm_verify.runtime.ports.file import read_ports
+from llfsm_verify.runtime.ports.line_port import STANDARD_INPUT, STANDARD_OUTPUT
 from llfsm_verify.runtime.ports.port import PortSpec
 from llfsm_verify.runtime.ports.ports import Ports
 from llfsm_verify.runtime.whiteboard.shared import Shared

@@ -20,9 +20,9 @@ from llfsm_verify.cli.common_arguments import (
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.report.formats import REPORTS
 from llfsm_verify.report.timeline.formats import TIMELINES
-from llfsm_verify.runtime.debugging.kept import MOST_STEPS
+from llfsm_verify.runtime.debugging import MOST_STEPS
 from llfsm_verify.runtime.deciding.logs.formats import LOGS
-from llfsm_verify.runtime.swapping.limits import DEFAULT
+from llfsm_verify.runtime.swapping import DEFAULT
 
 KINDS = ("suspend", "resume", "restart", "load", "load_suspended", "unload", "write", "replace", "policy")
 """Of commands."""

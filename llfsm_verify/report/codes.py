@@ -15,13 +15,12 @@ from llfsm_verify.kripke.codes import CODES as STRUCTURES
 from llfsm_verify.language.codes import CODES as LANGUAGE
 from llfsm_verify.logic.codes import MEANINGS as PROPERTIES
 from llfsm_verify.monitoring.codes import CODES as MONITORS
-from llfsm_verify.report.drawing.codes import CODES as DRAWINGS
-from llfsm_verify.report.testing_codes import CODES as TESTING
-from llfsm_verify.report.timeline.codes import CODES as TIMELINES
-from llfsm_verify.runtime.deciding.logs.codes import CODES as LOGS
-from llfsm_verify.runtime.live.codes import CODES as RUNS
-from llfsm_verify.runtime.ports.codes import CODES as PORTS
-from llfsm_verify.runtime.recording.codes import CODES as RECORDINGS
+from llfsm_verify.report.drawing import CODES as DRAWINGS
+from llfsm_verify.report.timeline import CODES as TIMELINES
+from llfsm_verify.runtime.deciding.logs import CODES as LOGS
+from llfsm_verify.runtime.live import CODES as RUNS
+from llfsm_verify.runtime.ports import CODES as PORTS
+from llfsm_verify.runtime.recording import CODES as RECORDINGS
 from llfsm_verify.runtime.whiteboard.audit import CODES as AUDIT
 
 LOWERING = {
@@ -52,6 +51,10 @@ FILES = {
     "E463": "A value of a trace file cannot be rewritten, because it has an anchor.",
     "E464": "A package that the command needs is not installed.",
     "W401": "A trace has been saved that is too long to be read again.",
+}
+TESTING = {
+    "E470": "A strict test has a property that no finite run can violate, or whose monitor was not made.",
+    "E471": "A strict test has a property that is tested in part only: no finite part of some runs violates it.",
 }
 FAULTS = {
     "F001": "A value is stored in a variable whose range does not contain it.",

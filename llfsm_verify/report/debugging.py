@@ -11,7 +11,7 @@ from llfsm_verify.diagnostics import counted
 from llfsm_verify.report.columns import Column, lay_out
 from llfsm_verify.report.steptable import COLUMNS, StepLines, row_cells
 from llfsm_verify.report.tracetable import Row, step_row
-from llfsm_verify.runtime.debugging.answers import Part, Steps, Table
+from llfsm_verify.runtime.debugging.commands import Part, Steps, Table
 
 BROKEN = frozenset({"because", "changes", "what it does", "formula", "guard"})
 """Columns whose cells may go on in the next line."""

@@ -10,8 +10,15 @@ from llfsm_verify.checking.verdict import Result, Verdict
 from llfsm_verify.logic.properties import asked_text
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.tracetable import initial_text, rows
-from llfsm_verify.report.tracewords import sentences
-from llfsm_verify.report.wording import CLAIMED, fault_text, is_contradicted, summary_text, vacuity_texts, verdict_text
+from llfsm_verify.report.wording import (
+    CLAIMED,
+    fault_text,
+    is_contradicted,
+    sentences,
+    summary_text,
+    vacuity_texts,
+    verdict_text,
+)
 
 
 def result_junit(result: Result) -> str:

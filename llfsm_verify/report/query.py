@@ -15,8 +15,7 @@ from llfsm_verify.fileformat import FORMAT
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.json import attempt_object, proof_object, trace_object
-from llfsm_verify.report.prooftext import proofs_text
-from llfsm_verify.report.text import STYLES, run_text
+from llfsm_verify.report.text import STYLES, proofs_text, run_text
 from llfsm_verify.report.wording import attempt_texts, summary_text
 from llfsm_verify.verification.query import NAME, QueryResult
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from llfsm_verify.arrangement.files import read_source
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Result
@@ -14,6 +15,7 @@ from llfsm_verify.files import replacing, special_kind
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.verification.tracefile import Expected, SavedProperty, document_of, may_be_replaced, saved_text
+from llfsm_verify.yaml.compose import YamlMapping, YamlScalar, compose
 
 if TYPE_CHECKING:
     from llfsm_verify.verification.differential import EnginesDisagree
@@ -125,3 +127,38 @@ def unsaved(error: OSError, directory: Path) -> DiagnosticError:
     """E405: traces cannot be written to `directory`."""
     reason = error.strerror or "input/output error"
     return DiagnosticError(Diagnostic("E405", f"traces cannot be saved there: {reason}", file=str(directory)))
+
+
+_BOM = b"\xef\xbb\xbf"
+
+
+def update_trace_file(path: Path, expect: Expected, digest: str) -> bool:
+    """Make the file at `path`, which is a trace file, expect this and name this arrangement; whether that changed it.
+
+    Only the characters of the two values are replaced: comments, quotes, order and line ends stay. Raises
+    DiagnosticError when the file cannot be written (E405), or when a value is an anchor or alias (E463).
+    """
+    source, data = read_source(path)
+    root = compose(source, [])
+    assert isinstance(root, YamlMapping)
+    nodes = {key.text: node for key, node in root.items}
+    text = source.text
+    places: list[tuple[int, int, str]] = []
+    for key, value in (("expect", expect), ("digest", digest)):
+        node = nodes[key]
+        assert isinstance(node, YamlScalar)
+        if node.anchored:
+            message = f"`{key}` has an anchor, so it cannot be rewritten"
+            raise DiagnosticError(Diagnostic("E463", message, node.span, hint=f"write `{key}: …` without `&` and `*`"))
+        places.append((node.fragment.offsets[0], node.fragment.offsets[-1], value))
+    for start, end, value in sorted(places, reverse=True):
+        text = text[:start] + value + text[end:]
+    if text == source.text:
+        return False
+    try:
+        with replacing(path.resolve()) as file:  # a link stays one
+            file.write((_BOM if data.startswith(_BOM) else b"") + text.encode())
+    except OSError as error:
+        reason = error.strerror or "input/output error"
+        raise DiagnosticError(Diagnostic("E405", f"the trace cannot be rewritten: {reason}", file=str(path))) from None
+    return True

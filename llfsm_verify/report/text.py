@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.logic.properties import asked_text
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.formats import Style
-from llfsm_verify.report.prooftext import proofs_text
 from llfsm_verify.report.steptable import Listed, StepTable
-from llfsm_verify.report.tracewords import sentences
 from llfsm_verify.report.wording import (
     CLAIMED,
     attempt_texts,
@@ -27,6 +26,7 @@ from llfsm_verify.report.wording import (
     left_out_text,
     name_cell,
     resumed_text,
+    sentences,
     summary_text,
     under_assumptions,
     vacuity_texts,
@@ -185,6 +185,41 @@ def trace_text(trace: Trace, *, fold: bool = True) -> Iterator[RenderableType]:
     yield from run_text(trace, fold=fold)
     for sentence in sentences(trace):
         yield Text(f"{sentence[0].upper()}{sentence[1:]}.")
+
+
+def proofs_text(name: str, proofs: Sequence[Proof]) -> Iterator[Text]:
+    """What proves that the property `name` holds; nothing where another engine found that."""
+    for proof in proofs:
+        yield Text()
+        yield Text(f"{name}: proved, since {proof.sentence}.", "bold")
+        for line in proof_lines(proof):
+            yield Text(line)
+
+
+def proof_lines(proof: Proof) -> Iterator[str]:
+    """A proof without its heading, line by line."""
+    times = f"in the beginning and after every {proof.unit}"
+    if proof.invariant:
+        yield f"Invariant, true {times}:"
+        yield from (f"  {line}" for line in proof.invariant)
+    elif proof.k == 0:
+        yield "Every value is in the range of its type; no other invariant is needed."
+    if proof.legend:
+        yield "where"
+        width = max(len(name) for name, _ in proof.legend)
+        yield from (f"  {name.ljust(width)}  {meaning}" for name, meaning in proof.legend)
+    if proof.k:
+        first, run = (f"first {proof.unit}", f"a {proof.unit}")
+        if proof.k != 1:
+            first, run = (f"first {proof.k} {proof.unit}s", f"{proof.k} {proof.unit}s in a row")
+        given = ", all of which satisfy the invariant" if proof.invariant else ""
+        base = f"this does not happen in the {first} of any run"
+        yield (
+            f"k-induction, k = {proof.k}: {base}; and where it has not happened in {run}, through different "
+            f"configurations{given}, it does not happen in the {proof.unit} after."
+        )
+    solvers = " and ".join(name.split()[0] for name in proof.checked_by)
+    yield f"Checked again by {solvers}: initiation, consecution and implication."
 
 
 def report(result: Result, _: Arrangement, style: Style) -> Iterator[RenderableType]:

@@ -1,24 +1,54 @@
-"""From an arrangement and the settings of a run to its processes: the one place for the command line and for Python."""
+"""From an arrangement and the settings of a run to its processes: the one place for the command line and for Python.
+A supervisor serves while the loop runs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import select
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
+from typing import Protocol
 
 from llfsm_verify.arrangement.draft import Draft
 from llfsm_verify.arrangement.replacing import Change
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.plan import Plan
 from llfsm_verify.runtime.live.run import Running
-from llfsm_verify.runtime.live.serving import Attendant
 from llfsm_verify.runtime.swapping.hot_swap import Answer, Follow, SwappableRun
 from llfsm_verify.runtime.swapping.settings import RunSettings
 from llfsm_verify.runtime.whiteboard.audit import AuditLog
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
+from llfsm_verify.runtime.whiteboard.posts import Refused
 from llfsm_verify.runtime.whiteboard.server import KEEPS, Server
 from llfsm_verify.runtime.whiteboard.shared import Shared
-from llfsm_verify.runtime.whiteboard.writers import Refused
+
+PATIENCE = 0.05
+"""Seconds between two looks, at most."""
+
+
+class Attendant(Protocol):
+    """Serves somebody beside the loop: a whiteboard, ports."""
+
+    @property
+    def patience(self) -> float:
+        """After so many seconds `serve` should be called in any case."""
+
+    def fileno(self) -> int:
+        """Readable when `serve` has something to do."""
+
+    def serve(self, seconds: float) -> None:
+        """Do what is to be done, and wait at most so long for it."""
+
+
+def serve(running: Running | SwappableRun, attendants: Sequence[Attendant]) -> None:
+    """Serve until the run has ended."""
+    poll = select.poll()
+    for descriptor in (running.fileno(), *(one.fileno() for one in attendants)):
+        poll.register(descriptor, select.POLLIN)
+    while not running.wait(0):
+        poll.poll(1000 * min([PATIENCE, *(one.patience for one in attendants)]))
+        for one in attendants:
+            one.serve(0)
 
 
 @dataclass(frozen=True, slots=True)

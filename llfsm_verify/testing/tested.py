@@ -18,7 +18,6 @@ from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.monitoring.properties import Timing, monitor_properties
 from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
 from llfsm_verify.program.program import Choice, Int
-from llfsm_verify.report.testing_codes import PARTLY, UNTESTED
 from llfsm_verify.runtime.stepping.monitored import MonitoredSimulation
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.boundaries import boundaries, longest_wait
@@ -44,7 +43,7 @@ class Untested:
     def diagnostic(self) -> Diagnostic:
         message = f"`{self.line.name}` is tested in part only" if self.partly else f"`{self.line.name}` is not tested"
         hint = "check it with `llfsm verify`, or do without `strict`"
-        return Diagnostic(PARTLY if self.partly else UNTESTED, f"{message}: {self.reason}", self.line.span, hint=hint)
+        return Diagnostic("E471" if self.partly else "E470", f"{message}: {self.reason}", self.line.span, hint=hint)
 
 
 @dataclass(frozen=True, slots=True)

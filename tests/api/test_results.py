@@ -9,7 +9,7 @@ import jsonschema
 import pytest
 
 import llfsm_verify as lv
-from llfsm_verify.report.schemas import SCHEMAS
+from llfsm_verify.report.schema import SCHEMAS
 
 
 def test_a_verdict_is_a_word(result):

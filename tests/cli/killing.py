@@ -27,7 +27,7 @@ from llfsm_verify import kept as cache
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.kripke import compiled
-from llfsm_verify.report import updating
+from llfsm_verify.report import saving
 from llfsm_verify.testing.saving import keep_trace
 from llfsm_verify.verification import trace_replay, tracefile
 from tests.quick import examples
@@ -84,7 +84,7 @@ def kinds(root: Path) -> dict[str, Kind]:
         assert forked(command("query", faulty, "ns@GREEN && ew@GREEN", "--save", str(made)))[0] == 0
 
     def update() -> int:
-        return 0 if updating.update_trace_file(run, "holds", "12") or "holds" in run.read_text() else 1
+        return 0 if saving.update_trace_file(run, "holds", "12") or "holds" in run.read_text() else 1
 
     def kernel() -> int:
         path, code = Path("cache/rebuild.o").absolute(), random.Random(SEED).randbytes(20_000)

@@ -11,7 +11,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from llfsm_verify.report.schemas import SCHEMAS
+from llfsm_verify.report.schema import SCHEMAS
 from tests.cli.running import FAULTY, LIGHTS, llfsm
 from tests.processes import ended
 

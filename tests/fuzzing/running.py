@@ -128,8 +128,8 @@ def _update_trace(arguments: Sequence[str]) -> int:
     from llfsm_verify.arrangement import load_arrangement
     from llfsm_verify.diagnostics import DiagnosticError
     from llfsm_verify.report.plain import plain_text
+    from llfsm_verify.report.saving import update_trace_file
     from llfsm_verify.report.text import trace_text
-    from llfsm_verify.report.updating import update_trace_file
     from llfsm_verify.verification.trace_replay import replay_file
 
     try:

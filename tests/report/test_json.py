@@ -11,8 +11,7 @@ import pytest
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
 from llfsm_verify.report.json import failure_json, result_json, trace_object
-from llfsm_verify.report.schema import load
-from llfsm_verify.report.schemas import SCHEMAS
+from llfsm_verify.report.schema import SCHEMAS, load
 from tests.report.results import ALL, EVERY, step
 
 VALIDATOR = jsonschema.Draft202012Validator(load("result"))

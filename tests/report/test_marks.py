@@ -15,7 +15,7 @@ from llfsm_verify.report.json import result_json
 from llfsm_verify.report.junit import result_junit
 from llfsm_verify.report.text import result_text
 from llfsm_verify.report.tracetable import rows
-from llfsm_verify.report.tracewords import because_text, loop_text
+from llfsm_verify.report.wording import because_text, loop_text
 from tests.report.results import EMPTY, ESCAPED, KNOWN, MARKED, PATH, STRICT, result, step
 
 

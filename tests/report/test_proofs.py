@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.report.json import proof_object
-from llfsm_verify.report.prooftext import proof_lines, proofs_text
+from llfsm_verify.report.text import proof_lines, proofs_text
 
 PROOF = Proof(
     "prefixes", "no bad prefix is reached", None, "cycle", ("n <= 3", "m@A || go"),

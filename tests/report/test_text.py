@@ -13,7 +13,7 @@ from llfsm_verify.report.cycles import Times
 from llfsm_verify.report.steptable import Listed
 from llfsm_verify.report.text import result_text
 from llfsm_verify.report.tracetable import atom_text, rows
-from llfsm_verify.report.tracewords import loop_text
+from llfsm_verify.report.wording import loop_text
 from tests.report.results import (
     ALL,
     BAD,

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from llfsm_verify.diagnostics import DiagnosticError
-from llfsm_verify.report.updating import update_trace_file
+from llfsm_verify.report.saving import update_trace_file
 
 TEXT = "# first\nexpect: 'violated' # why\nother: {expect: violated, digest: 1}\ndigest: \"abc\"\nlast: é\n"
 

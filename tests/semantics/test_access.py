@@ -10,7 +10,7 @@ from llfsm_verify.checking.verdict import Options
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.report.tracetable import rows
-from llfsm_verify.report.tracewords import sentences
+from llfsm_verify.report.wording import sentences
 from llfsm_verify.verification.verify import verify
 
 TEXT = """

@@ -13,7 +13,7 @@ from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.usage import usage
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.access import access_graph
-from llfsm_verify.report.drawing.codes import UNWRITABLE
+from llfsm_verify.report.drawing import UNWRITABLE
 from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.formats import REPORTS
 

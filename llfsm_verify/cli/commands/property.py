@@ -20,7 +20,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Sour
 from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.reading import read_source
-from llfsm_verify.report.drawing.codes import UNWRITABLE
+from llfsm_verify.report.drawing import UNWRITABLE
 
 BAD_INPUT, FALSE, UNKNOWN = 3, 1, 4
 

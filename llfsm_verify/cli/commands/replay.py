@@ -40,7 +40,7 @@ def _code(done: Replayed) -> int:
 
 def _show(done: Replayed, output: Output) -> None:
     from llfsm_verify.report.steptable import StepTable
-    from llfsm_verify.report.tracewords import because_text
+    from llfsm_verify.report.wording import because_text
 
     if done.file.goal is not None:
         output.plain(f"{done.title}\n")

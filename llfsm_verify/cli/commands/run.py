@@ -34,12 +34,11 @@ from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.report.running import port_lines, report_lines
-from llfsm_verify.runtime.launch import Launch, Launched, launched
-from llfsm_verify.runtime.live.codes import CROWDED, UNSERVED
+from llfsm_verify.runtime.launch import Launch, Launched, launched, serve
+from llfsm_verify.runtime.live import CROWDED, UNSERVED
 from llfsm_verify.runtime.live.loop import Prescribed
-from llfsm_verify.runtime.live.preparing import script_of
+from llfsm_verify.runtime.live.plan import script_of
 from llfsm_verify.runtime.live.run import RunReport
-from llfsm_verify.runtime.live.serving import serve
 from llfsm_verify.runtime.live.signals import stopping
 from llfsm_verify.runtime.ports.port import PortSpec
 from llfsm_verify.runtime.stepping.drawing import DrawingError

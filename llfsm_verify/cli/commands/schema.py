@@ -6,7 +6,7 @@ import json
 from argparse import Namespace
 
 from llfsm_verify.cli.io.output import Output
-from llfsm_verify.report.schemas import SCHEMAS
+from llfsm_verify.report.schema import SCHEMAS
 
 
 def run(options: Namespace) -> int:

@@ -7,7 +7,7 @@ from argparse import Namespace
 from llfsm_verify.arrangement.model import POLICY, REPLACE
 from llfsm_verify.cli.usage import usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.runtime.live.codes import ABSENT
+from llfsm_verify.runtime.live import ABSENT
 from llfsm_verify.runtime.whiteboard.client import PostRefused, Replaced, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.places import NoPlace
 from llfsm_verify.runtime.whiteboard.posts import WRITE

@@ -26,7 +26,7 @@ from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.cycles import Cycles
 from llfsm_verify.report.simulation import exit_code, run_json, sentences, summary
 from llfsm_verify.report.timeline.formats import TIMELINES
-from llfsm_verify.report.tracewords import event_text
+from llfsm_verify.report.wording import event_text
 from llfsm_verify.runtime.stepping.drawing import Drawing, DrawingError, drawing_of, free_inputs
 from llfsm_verify.runtime.stepping.random_run import RandomRun, Script, input_problem
 from llfsm_verify.runtime.stepping.visited import never_visited

@@ -10,7 +10,7 @@ from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.decided import say_results
 from llfsm_verify.cli.usage import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.runtime.live.codes import ABSENT
+from llfsm_verify.runtime.live import ABSENT
 from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.places import NoPlace, names
 from llfsm_verify.values import Shown, text

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from llfsm_verify.cli.io.output import Output
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing
-from llfsm_verify.report.timeline.codes import UNWRITABLE
+from llfsm_verify.report.timeline import UNWRITABLE
 from llfsm_verify.report.timeline.formats import TIMELINES
 
 if TYPE_CHECKING:

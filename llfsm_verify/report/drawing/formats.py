@@ -23,9 +23,15 @@ DRAWINGS: Registry[Callable[[Graph], str | bytes]] = Registry(
 PICTURES: Registry[Callable[[Structure], Iterable[bytes]]] = Registry(
     "format of pictures",
     [
-        Entry("svg", "llfsm_verify.report.drawing.structures:svg", "a picture, laid out by Graphviz", (".svg",)),
         Entry(
-            "png", "llfsm_verify.report.drawing.structures:png", "the same picture in pixels", (".png",), binary=True
+            "svg", "llfsm_verify.report.drawing.pictures:structure_svg", "a picture, laid out by Graphviz", (".svg",)
+        ),
+        Entry(
+            "png",
+            "llfsm_verify.report.drawing.pictures:structure_png",
+            "the same picture in pixels",
+            (".png",),
+            binary=True,
         ),
     ],
 )

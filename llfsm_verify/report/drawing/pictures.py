@@ -1,11 +1,17 @@
-"""Graphs as pictures, laid out by Graphviz."""
+"""Graphs and Kripke structures as pictures, laid out by Graphviz."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.report.drawing.codes import NO_LIBRARY
+from llfsm_verify.report.drawing import NO_LIBRARY
 from llfsm_verify.report.drawing.dot import dot
 from llfsm_verify.report.drawing.graph import Graph
+
+if TYPE_CHECKING:
+    from llfsm_verify.kripke.structure import Structure
 
 PIXELS = 144
 """Of a PNG, to the inch: twice what letters need on most screens."""
@@ -19,6 +25,22 @@ def svg(graph: Graph) -> str:
 def png(graph: Graph) -> bytes:
     """The graph as a PNG; DiagnosticError (E406) when pygraphviz is not installed."""
     return laid_out(dot(graph), "png")
+
+
+def structure_svg(structure: Structure) -> Iterator[bytes]:
+    """A Kripke structure as an SVG document. Errors as for `svg`."""
+    yield _structure(structure, "svg")
+
+
+def structure_png(structure: Structure) -> Iterator[bytes]:
+    """A Kripke structure as a PNG. Errors as for `png`."""
+    yield _structure(structure, "png")
+
+
+def _structure(structure: Structure, wanted: str) -> bytes:
+    from llfsm_verify.kripke.export.dot import dot as structure_dot  # numba
+
+    return laid_out("".join(structure_dot(structure)), wanted)
 
 
 def laid_out(text: str, wanted: str) -> bytes:

@@ -14,8 +14,16 @@ from llfsm_verify.jsonvalue import Json
 from llfsm_verify.logic.properties import asked_text
 from llfsm_verify.report.codes import all_codes
 from llfsm_verify.report.formats import Style
-from llfsm_verify.report.sarif.flows import ending, sentence, with_flows
-from llfsm_verify.report.sarif.places import ROOT, location, name_of, physical_location, uri_of
+from llfsm_verify.report.sarif.flows import (
+    ROOT,
+    ending,
+    location,
+    name_of,
+    physical_location,
+    sentence,
+    uri_of,
+    with_flows,
+)
 from llfsm_verify.report.wording import (
     CLAIMED,
     CONTRADICTED,

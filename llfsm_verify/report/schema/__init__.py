@@ -1,10 +1,12 @@
-"""The JSON Schemas (draft 2020-12) of what this package writes: results and tables of monitors."""
+"""The published JSON Schemas (draft 2020-12): all by their names, and those of what this package writes."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import cast
 
 from llfsm_verify.jsonschemas import loader
+from llfsm_verify.registry import Entry, Registry
 
 NAMES = ("result", "monitor", "lint", "query", "simulation")
 OF_RESULT = ("lint", "query", "simulation")
@@ -23,3 +25,27 @@ def load(name: str) -> dict[str, object]:
         own = cast(dict[str, object], schema["$defs"])
         schema["$defs"] = own | {key: shared[key] for key in SHARED}
     return schema
+
+
+_WRITTEN_BY_PEOPLE, _WRITTEN_BY_US = "llfsm_verify.arrangement.schema:load", "llfsm_verify.report.schema:load"
+SCHEMAS: Registry[Callable[[str], dict[str, object]]] = Registry(
+    "schema",
+    [
+        Entry("arrangement", _WRITTEN_BY_PEOPLE, "arrangement files"),
+        Entry("machine", _WRITTEN_BY_PEOPLE, "machine files"),
+        Entry("policy", _WRITTEN_BY_PEOPLE, "policy files, `access: {file: …}`"),
+        Entry("ports", "llfsm_verify.runtime.ports.file:schema", "files of ports, `llfsm run --ports`"),
+        Entry(
+            "mapping",
+            "llfsm_verify.runtime.deciding.logs.mapping:schema",
+            "mappings of logs, `check-recording --mapping`",
+        ),
+        Entry("trace", "llfsm_verify.verification.trace_fields:schema", "trace files"),
+        Entry("result", _WRITTEN_BY_US, "`llfsm verify --format json`"),
+        Entry("monitor", _WRITTEN_BY_US, "`llfsm monitor --as table`"),
+        Entry("lint", _WRITTEN_BY_US, "`llfsm lint --format json`"),
+        Entry("query", _WRITTEN_BY_US, "`llfsm query --format json`"),
+        Entry("simulation", _WRITTEN_BY_US, "`llfsm simulate --format json`"),
+    ],
+)
+"""Each is loaded by its name."""

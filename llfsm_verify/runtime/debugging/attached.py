@@ -6,8 +6,7 @@ import re
 from collections.abc import Callable, Iterator
 
 from llfsm_verify.diagnostics import counted
-from llfsm_verify.runtime.debugging.answers import Answer, Part, Table
-from llfsm_verify.runtime.debugging.commands import Given, parse
+from llfsm_verify.runtime.debugging.commands import Answer, Given, Part, Table, parse
 from llfsm_verify.runtime.debugging.debugger import Went
 from llfsm_verify.runtime.debugging.paths import DebugError
 from llfsm_verify.runtime.debugging.session import MOST_SHOWN, helped

@@ -15,10 +15,9 @@ from llfsm_verify.limits import tick
 from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import FaultSite, Program
+from llfsm_verify.runtime.debugging import MOST_STEPS
 from llfsm_verify.runtime.debugging.guards import Evaluated, Guards
-from llfsm_verify.runtime.debugging.kept import MOST_STEPS
-from llfsm_verify.runtime.debugging.paths import DebugError, Free, Next, Path, free_value
-from llfsm_verify.runtime.debugging.start import Start
+from llfsm_verify.runtime.debugging.paths import DebugError, Free, Next, Path, Start, free_value
 from llfsm_verify.runtime.debugging.watches import Watch
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.values import elements, text, value_text

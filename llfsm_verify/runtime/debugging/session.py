@@ -9,8 +9,7 @@ from llfsm_verify.arrangement.model import ACTION_KINDS
 from llfsm_verify.diagnostics import DiagnosticError, counted, without_controls
 from llfsm_verify.language.scope import IMPLICIT_SUSPEND
 from llfsm_verify.registry import Registry
-from llfsm_verify.runtime.debugging.answers import Answer, Part, Steps, Table
-from llfsm_verify.runtime.debugging.commands import BY_NAME, COMMANDS, Given, parse
+from llfsm_verify.runtime.debugging.commands import BY_NAME, COMMANDS, Answer, Given, Part, Steps, Table, parse
 from llfsm_verify.runtime.debugging.debugger import Debugger, Went
 from llfsm_verify.runtime.debugging.guards import Evaluated
 from llfsm_verify.runtime.debugging.paths import DebugError, Free

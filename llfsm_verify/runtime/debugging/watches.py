@@ -17,8 +17,7 @@ from llfsm_verify.logic.properties import Property, PropertySet, parse_propertie
 from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice
-from llfsm_verify.runtime.debugging.paths import DebugError
-from llfsm_verify.runtime.debugging.start import Start
+from llfsm_verify.runtime.debugging.paths import DebugError, Start
 
 NAME = "the formula"
 

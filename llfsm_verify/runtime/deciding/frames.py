@@ -23,7 +23,7 @@ from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
 from llfsm_verify.runtime.deciding.letters import SlotLetters
 from llfsm_verify.runtime.deciding.recordings import Decided, Watch
-from llfsm_verify.runtime.live.codes import ABSENT, UNSEEN
+from llfsm_verify.runtime.live import ABSENT, UNSEEN
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.slots import Slot
 

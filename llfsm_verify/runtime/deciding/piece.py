@@ -15,11 +15,10 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Disagreement, counted
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.runtime.deciding.recordings import Decided, check
-from llfsm_verify.runtime.recording.codes import UNSAVED
+from llfsm_verify.runtime.recording import UNSAVED
 from llfsm_verify.runtime.recording.file import Recording
 from llfsm_verify.runtime.recording.origin import arrangement_of, code_of, free_of
-from llfsm_verify.runtime.recording.replay import performed
-from llfsm_verify.runtime.recording.ringlets import Ringlet, ringlets
+from llfsm_verify.runtime.recording.replay import Ringlet, performed, ringlets
 from llfsm_verify.verification.replaying import replay
 from llfsm_verify.verification.tracefile import Expected, SavedProperty, document_of, saved_text
 

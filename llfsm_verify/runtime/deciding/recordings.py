@@ -22,8 +22,7 @@ from llfsm_verify.runtime.live.frame import STEPS
 from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.recording.file import Recording, Turn
 from llfsm_verify.runtime.recording.origin import code_of, free_of
-from llfsm_verify.runtime.recording.replay import performed
-from llfsm_verify.runtime.recording.ringlets import ringlets
+from llfsm_verify.runtime.recording.replay import performed, ringlets
 
 Decision = Literal["violated", "satisfied", "undecided"]
 

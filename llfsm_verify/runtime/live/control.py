@@ -1,6 +1,11 @@
-"""The control block: what the loop in machine code is told, and what it tells, as an array of 64-bit words."""
+"""The control block: what the loop in machine code is told, and what it tells, as an array of 64-bit words; and the
+memory for such arrays, which a run shares with the processes that it forks."""
 
 from __future__ import annotations
+
+import ctypes
+import mmap
+from collections.abc import Iterable
 
 # What it is told.
 STOP = 0  # not 0: return before the next turn (read with acquire: another thread sets it); PAUSE: it may go on later
@@ -75,3 +80,15 @@ def bucket_bounds(number: int) -> tuple[int, int]:
     octave, part = divmod(number, 8)
     width = 1 << (octave - 1)
     return (8 + part) * width, (9 + part) * width
+
+
+def words(count: int) -> ctypes.Array[ctypes.c_int64]:
+    """So many 64-bit words, all 0, which stay the same ones in a process that is forked later."""
+    size = max(1, count) * 8
+    return (ctypes.c_int64 * count).from_buffer(mmap.mmap(-1, size))
+
+
+def store(numbers: Iterable[int], array: ctypes.Array[ctypes.c_int64], at: int = 0) -> None:
+    """Write numbers to an array, from the word `at` on."""
+    given: list[ctypes.c_int64 | int] = [*numbers]
+    array[at : at + len(given)] = given

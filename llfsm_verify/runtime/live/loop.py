@@ -19,6 +19,7 @@ from llfsm_verify.monitoring.lookup import first_states, walk_table
 from llfsm_verify.monitoring.states import Monitor
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live import control
+from llfsm_verify.runtime.live.control import store, words
 from llfsm_verify.runtime.live.frame import (
     COUNTED,
     DETAIL,
@@ -30,7 +31,6 @@ from llfsm_verify.runtime.live.frame import (
     STEPS,
     FrameLayout,
 )  # fmt: skip
-from llfsm_verify.runtime.live.memory import store, words
 from llfsm_verify.runtime.live.text import live_text
 from llfsm_verify.runtime.stepping.drawing import ANEW, Drawing, representatives
 from llfsm_verify.runtime.stepping.monitored import places

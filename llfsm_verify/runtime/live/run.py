@@ -17,9 +17,9 @@ from typing import Self
 from llfsm_verify.backends.native.executor import OVERFLOW
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.runtime.live import control, forks
+from llfsm_verify.runtime.live.control import words
 from llfsm_verify.runtime.live.frame import CYCLE, DETAIL, ENDING, MOVED
 from llfsm_verify.runtime.live.loop import Loop
-from llfsm_verify.runtime.live.memory import words
 from llfsm_verify.runtime.live.protocols import FrameLog, Published
 
 PERCENTILES = (50.0, 99.0, 99.9)

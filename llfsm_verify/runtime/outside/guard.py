@@ -24,9 +24,8 @@ from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER
 from llfsm_verify.runtime.live.slots import inputs_of
 from llfsm_verify.runtime.whiteboard.client import SECONDS, PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
-from llfsm_verify.runtime.whiteboard.posts import by_name, operated
+from llfsm_verify.runtime.whiteboard.posts import Refused, by_name, operated
 from llfsm_verify.runtime.whiteboard.subscription import Frames
-from llfsm_verify.runtime.whiteboard.writers import Refused
 from llfsm_verify.values import ValueProblem, choice_value
 
 LOST = ("running", "died", "replaced")

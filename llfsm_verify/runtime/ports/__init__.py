@@ -1,1 +1,8 @@
 """Ports: how the inputs of a running arrangement come from the world, and its outputs go there."""
+
+CODES = {
+    "E493": "A file of ports names a kind, an input, a slot or a value that does not exist.",
+    "E494": "Two ports, or two entries of one, need the same input, field, pipe or device.",
+    "E495": "A port cannot be opened.",
+}
+UNKNOWN, SHARED, UNOPENED = "E493", "E494", "E495"

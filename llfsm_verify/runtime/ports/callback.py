@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from decimal import Decimal
 
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.runtime.ports.codes import UNKNOWN
+from llfsm_verify.runtime.ports import UNKNOWN
 from llfsm_verify.runtime.ports.port import Link, Port, Start, Started, Unopened
 from llfsm_verify.values import Shown
 from llfsm_verify.yaml.fields import Report

@@ -12,9 +12,8 @@ from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.program.program import Choice
 from llfsm_verify.runtime.live.slots import Slot
-from llfsm_verify.runtime.ports.codes import SHARED, UNKNOWN
-from llfsm_verify.runtime.ports.kinds import PORTS
-from llfsm_verify.runtime.ports.port import ON_FAILURE, Kind, OnFailure, PortSpec
+from llfsm_verify.runtime.ports import SHARED, UNKNOWN
+from llfsm_verify.runtime.ports.port import ON_FAILURE, PORTS, Kind, OnFailure, PortSpec
 from llfsm_verify.runtime.stepping.duration import duration_ms
 from llfsm_verify.values import ValueProblem, choice_value
 from llfsm_verify.yaml.compose import compose

@@ -1,15 +1,175 @@
-"""A port that reads and writes lines of JSON at the ends of streams, without ever waiting for the other side."""
+"""A port of lines of JSON, an object each, at the ends of streams: it never waits for the other side."""
 
 from __future__ import annotations
 
+import errno
+import json
 import os
 import select
+import stat
 from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Protocol, cast
 
-from llfsm_verify.runtime.ports.ends import End
-from llfsm_verify.runtime.ports.lines import MOST_BYTES, LineReader, Malformed, decode, encode
+from llfsm_verify.files import special_kind
+from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.ports.port import Link, Unopened
-from llfsm_verify.values import Shown
+from llfsm_verify.values import Shown, text
+
+STANDARD = {"stdin": 0, "stdout": 1, "stderr": 2}
+STANDARD_INPUT, STANDARD_OUTPUT = "standard input for reading", "standard output for writing"
+"""What ports hold that read the one or write to the other."""
+PIPE_HINT = "correct the path, or make a pipe there with `mkfifo`"
+
+
+class End(Protocol):
+    """One end of a stream."""
+
+    retry: float
+    """Seconds between two attempts to open it again."""
+
+    def open(self) -> int | None:
+        """A descriptor; None: it cannot be opened yet. Unopened: it never can."""
+
+    def renew(self, descriptor: int) -> int | None:
+        """The other side is gone: give the descriptor back, for another one if there is one at once."""
+
+    @property
+    def returns(self) -> bool:
+        """Whether the other side may come back."""
+
+    def close(self) -> None:
+        """Give back what is not the descriptor."""
+
+
+class Inherited:
+    """A descriptor of this process. It belongs to others as well, so its flags stay as they are; a write to it is of
+    PIPE_BUF bytes at most, which a pipe that `poll` calls writable takes without waiting (pipe(7)).
+    """
+
+    retry = 0.0
+    returns = False
+
+    def __init__(self, number: int) -> None:
+        self._number = number
+
+    def open(self) -> int | None:
+        """See `End`."""
+        try:
+            return os.dup(self._number)
+        except OSError as error:
+            why = f"descriptor {self._number}: {error.strerror}"
+            raise Unopened(why, "name a descriptor that is open when the run begins") from None
+
+    def renew(self, descriptor: int) -> int | None:
+        """See `End`."""
+        os.close(descriptor)
+        return None
+
+    def close(self) -> None:
+        """See `End`."""
+
+
+class Named:
+    """A pipe, device or file with a name. Only of a pipe can the other side come back."""
+
+    retry = 0.0
+
+    def __init__(self, path: str, *, output: bool) -> None:
+        self._path = path
+        self._flags = os.O_NONBLOCK | os.O_NOCTTY | (os.O_WRONLY | os.O_APPEND if output else os.O_RDONLY)
+        self._output = output
+        self.returns = False
+
+    def open(self) -> int | None:
+        """See `End`."""
+        try:
+            descriptor = os.open(self._path, self._flags)
+        except OSError as error:
+            if error.errno == errno.ENXIO and self._output and Path(self._path).is_fifo():
+                self.returns = True  # nobody reads it yet
+                return None
+            raise Unopened(f"{self._path}: {error.strerror}", PIPE_HINT) from None
+        mode = os.fstat(descriptor).st_mode
+        if stat.S_ISDIR(mode) or stat.S_ISBLK(mode):
+            os.close(descriptor)
+            raise Unopened(f"{self._path}: it is {special_kind(mode)}, and a pipe is expected", PIPE_HINT)
+        self.returns = stat.S_ISFIFO(mode)
+        return descriptor
+
+    def renew(self, descriptor: int) -> int | None:
+        """See `End`."""
+        # The new end is there before the old one goes, so that who opens the pipe meanwhile writes to somebody.
+        try:
+            return self.open() if self.returns else None
+        except Unopened:
+            self.returns = False  # it was removed
+            return None
+        finally:
+            os.close(descriptor)
+
+    def close(self) -> None:
+        """See `End`."""
+
+
+MOST_BYTES = 1 << 16
+"""Of a line, without its end."""
+
+
+class Malformed(Exception):
+    """A line is no message; the message says why."""
+
+
+class LineReader:
+    """Puts lines together. What is longer than MOST_BYTES is passed over, and told once, where it becomes too long."""
+
+    def __init__(self) -> None:
+        self._rest = b""
+        self._passing = False
+
+    def lines(self, data: bytes) -> Iterator[bytes | None]:
+        """The lines that end in `data`, without their ends; None stands for one that is too long."""
+        *whole, last = data.split(b"\n")
+        for piece in whole:
+            line, passing = self._rest + piece, self._passing
+            self._rest, self._passing = b"", False
+            if not passing:
+                yield line if len(line) <= MOST_BYTES else None
+        self._rest += last
+        if self._passing or len(self._rest) > MOST_BYTES:
+            if not self._passing:
+                yield None
+            self._rest, self._passing = b"", True
+
+    def restart(self) -> bool:
+        """Begin with another sender; whether the one before left a line without an end."""
+        begun = bool(self._rest.strip()) or self._passing
+        self._rest, self._passing = b"", False
+        return begun
+
+
+def decode(line: bytes) -> dict[str, Json]:
+    """The object in a line; decimals stay as they are written, as texts. Malformed."""
+    try:
+        found = json.loads(line.decode("utf-8"), parse_float=str, parse_constant=_constant)
+    except UnicodeDecodeError:
+        raise Malformed("a line is not UTF-8") from None
+    except (ValueError, RecursionError):
+        raise Malformed("a line is not JSON") from None
+    if not isinstance(found, dict):
+        raise Malformed('a line is not an object such as {"car": true}')
+    return cast(dict[str, Json], found)
+
+
+def _constant(name: str) -> None:
+    raise ValueError(name)
+
+
+def encode(values: Mapping[str, Shown]) -> bytes:
+    """An object in a line with its end; decimals are written exactly."""
+    shown = (f"{json.dumps(name)}: {json.dumps(v) if isinstance(v, str) else text(v)}" for name, v in values.items())
+    return f"{{{', '.join(shown)}}}\n".encode()
+
 
 PIECE = select.PIPE_BUF
 """Bytes of one write."""

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.ports.port import PortSpec
-from llfsm_verify.runtime.whiteboard.posts import Posts
-from llfsm_verify.runtime.whiteboard.writers import Refused
+from llfsm_verify.runtime.whiteboard.posts import Posts, Refused
 
 
 @dataclass(slots=True)

@@ -1,4 +1,4 @@
-"""What a port is, and what the file of ports says of it.
+"""What a port is, what the file of ports says of it, and the kinds of ports by name.
 
 A kind of port makes a `Port`, which moves messages: fields with values. What they mean for the run is the business of
 the `Link` that the port gets.
@@ -12,9 +12,11 @@ from typing import Literal, Protocol, get_args
 
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.jsonvalue import Json
+from llfsm_verify.registry import Entry, Registry
+from llfsm_verify.runtime.ports import UNKNOWN
 from llfsm_verify.values import Shown
 from llfsm_verify.yaml.fields import Report
-from llfsm_verify.yaml.nodes import Node
+from llfsm_verify.yaml.nodes import Node, mark
 
 OnFailure = Literal["stale", "safe", "stop"]
 ON_FAILURE: tuple[OnFailure, ...] = get_args(OnFailure)
@@ -128,3 +130,29 @@ class Kind(Protocol):
 
     def field_problem(self, name: str, *, output: bool) -> str | None:
         """Why there can be no field of this name."""
+
+
+PORTS: Registry[Kind] = Registry(
+    "kind of port",
+    [
+        Entry("callback", "llfsm_verify.runtime.ports.callback:KIND", "a function in Python"),
+        Entry("stream", "llfsm_verify.runtime.ports.stream:KIND", "a pipe, a descriptor or a standard stream"),
+        Entry("whiteboard", "llfsm_verify.runtime.ports.whiteboard:KIND", "slots of another run"),
+    ],
+    "llfsm_verify.ports",
+)
+
+
+def whole_number(report: Report, found: Mapping[str, Node], key: str, low: int, high: int, default: int) -> int | None:
+    """The number under a key, or the default where there is none; None: it is wrong, which was reported."""
+    if key not in found:
+        return default
+    scalar = report.scalar(found[key], f"`{key}`")
+    if scalar is None:
+        return None
+    text = scalar.text
+    if text.isascii() and text.isdigit() and len(text) <= 9 and low <= int(text) <= high:
+        return int(text)
+    message = f"`{key}` cannot be `{text[:40]}`"
+    report.error(UNKNOWN, message, mark(scalar), f"write a whole number from {low} to {high}")
+    return None

@@ -12,7 +12,7 @@ from typing import TypeVar
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.runtime.live.frame import NUMBER
 from llfsm_verify.runtime.live.slots import Slot
-from llfsm_verify.runtime.ports.codes import UNOPENED
+from llfsm_verify.runtime.ports import UNOPENED
 from llfsm_verify.runtime.ports.link import Counts, RunLink
 from llfsm_verify.runtime.ports.port import Port, PortSpec, Unopened
 from llfsm_verify.runtime.whiteboard.posts import Posts

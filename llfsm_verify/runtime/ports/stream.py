@@ -6,9 +6,8 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from llfsm_verify.runtime.ports.codes import UNKNOWN
-from llfsm_verify.runtime.ports.ends import STANDARD, End, Inherited, Named
-from llfsm_verify.runtime.ports.line_port import LinePort
+from llfsm_verify.runtime.ports import UNKNOWN
+from llfsm_verify.runtime.ports.line_port import STANDARD, End, Inherited, LinePort, Named
 from llfsm_verify.runtime.ports.port import Link, Started
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, mark

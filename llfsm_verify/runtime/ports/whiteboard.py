@@ -10,7 +10,7 @@ import socket
 from collections.abc import Iterator, Mapping
 from decimal import Decimal
 
-from llfsm_verify.runtime.ports.codes import UNKNOWN
+from llfsm_verify.runtime.ports import UNKNOWN
 from llfsm_verify.runtime.ports.port import Link, Started
 from llfsm_verify.runtime.whiteboard.client import Whiteboard, WhiteboardError, called
 from llfsm_verify.runtime.whiteboard.places import NoPlace, socket_path

@@ -44,7 +44,7 @@ from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.frame import ENDING, HEADER_WORDS
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.text import CHECK_BYTES, MULTIPLIER, largest_entry
-from llfsm_verify.runtime.recording.codes import UNREADABLE, UNWRITABLE
+from llfsm_verify.runtime.recording import UNREADABLE, UNWRITABLE
 
 KIND = b"llfsm-verify recording "
 MAGIC, WITHOUT_CHECKSUMS = KIND + b"2\n", KIND + b"1\n"

@@ -23,9 +23,8 @@ from llfsm_verify.logic.reading import GivenLines
 from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.program.program import Int, Program
 from llfsm_verify.runtime.live.loop import LiveCode
-from llfsm_verify.runtime.live.plan import monitored
-from llfsm_verify.runtime.live.preparing import runnable, safe_values
-from llfsm_verify.runtime.recording.codes import OTHER, UNREADABLE
+from llfsm_verify.runtime.live.plan import monitored, runnable, safe_values
+from llfsm_verify.runtime.recording import OTHER, UNREADABLE
 from llfsm_verify.runtime.recording.file import Recording
 
 Load = Callable[[str], Arrangement]

@@ -13,8 +13,7 @@ from llfsm_verify.diagnostics import counted
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS
 from llfsm_verify.runtime.recording.file import GOES_ON, Recording
 from llfsm_verify.runtime.recording.origin import Load, arrangement_of, code_of, free_of
-from llfsm_verify.runtime.recording.replay import Differs, performed
-from llfsm_verify.runtime.recording.ringlets import ringlets
+from llfsm_verify.runtime.recording.replay import Differs, performed, ringlets
 from llfsm_verify.semantics.lowering import lower
 
 

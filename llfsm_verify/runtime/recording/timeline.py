@@ -18,7 +18,7 @@ from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Int, Program
 from llfsm_verify.runtime.live.frame import CYCLE, HEADER_WORDS, NUMBER, STEPS, FrameLayout
 from llfsm_verify.runtime.live.loop import LiveCode
-from llfsm_verify.runtime.live.preparing import starting_values
+from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.runtime.live.slots import Slot, program_slots, slots_of
 from llfsm_verify.runtime.recording.file import Turn
 from llfsm_verify.semantics.lowering import lower

@@ -14,8 +14,7 @@ from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live.frame import CYCLE, PROCESS
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
-from llfsm_verify.runtime.live.plan import monitored
-from llfsm_verify.runtime.live.preparing import safe_values, starting_values
+from llfsm_verify.runtime.live.plan import monitored, safe_values, starting_values
 from llfsm_verify.runtime.recording.file import Recorder
 from llfsm_verify.verification.changes.update_check import Counterexample, Refusal
 

@@ -25,12 +25,11 @@ from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.run import Running, RunReport
-from llfsm_verify.runtime.swapping.check_process import Check
-from llfsm_verify.runtime.swapping.check_task import CheckTask
+from llfsm_verify.runtime.swapping.check_process import Check, CheckTask
 from llfsm_verify.runtime.swapping.settings import Loaded, RunSettings
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
+from llfsm_verify.runtime.whiteboard.posts import Refused
 from llfsm_verify.runtime.whiteboard.shared import Shared
-from llfsm_verify.runtime.whiteboard.writers import Refused
 from llfsm_verify.verification.changes.state_transfer import Untransferable, transferred
 from llfsm_verify.verification.changes.update_points import update_point
 

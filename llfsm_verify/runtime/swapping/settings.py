@@ -17,7 +17,7 @@ from llfsm_verify.kripke.observing import AtomOverflow
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.program.program import Int
-from llfsm_verify.runtime.live.codes import IMPOSSIBLE
+from llfsm_verify.runtime.live import IMPOSSIBLE
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.plan import NONE, Plan, plan
 from llfsm_verify.runtime.live.run import Run, Running
@@ -25,7 +25,7 @@ from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.recording.file import Recorder
 from llfsm_verify.runtime.recording.origin import header_of
 from llfsm_verify.runtime.stepping.drawing import ANEW, drawing_of, free_values
-from llfsm_verify.runtime.swapping.limits import DEFAULT
+from llfsm_verify.runtime.swapping import DEFAULT
 from llfsm_verify.runtime.whiteboard.shared import Shared
 
 Processes = Literal["thread", "separate", "together"]

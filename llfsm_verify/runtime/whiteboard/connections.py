@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 from llfsm_verify.runtime.whiteboard.permissions import OWN, READS, user_name
 from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST
+from llfsm_verify.runtime.whiteboard.posts import LENT
 from llfsm_verify.runtime.whiteboard.segment import Segment
-from llfsm_verify.runtime.whiteboard.writers import LENT
 
 PIECE = 1 << 16
 """Bytes that are read at once, of a request of those who may not command, and of answers that a client leaves unread

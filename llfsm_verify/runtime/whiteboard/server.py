@@ -38,14 +38,12 @@ from llfsm_verify.arrangement.replacing import Change, NewPolicy, Replacement
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.live import forks
 from llfsm_verify.runtime.live.slots import slots_of
-from llfsm_verify.runtime.whiteboard.audit import AuditLog
+from llfsm_verify.runtime.whiteboard.audit import AuditLog, Sparing
 from llfsm_verify.runtime.whiteboard.connections import CONNECTIONS, PIECE, PIECES, SUBSCRIPTIONS, Client
 from llfsm_verify.runtime.whiteboard.permissions import READS, Permissions, user_name
 from llfsm_verify.runtime.whiteboard.places import peer_of, socket_path
-from llfsm_verify.runtime.whiteboard.shared import Shared
-from llfsm_verify.runtime.whiteboard.sparing import Sparing
-from llfsm_verify.runtime.whiteboard.waking import remove_old
-from llfsm_verify.runtime.whiteboard.writers import Refused
+from llfsm_verify.runtime.whiteboard.posts import Refused
+from llfsm_verify.runtime.whiteboard.shared import Shared, remove_old
 
 KEEPS = "this run keeps the machines and the policy that it has"
 MOST_REFUSALS = 100

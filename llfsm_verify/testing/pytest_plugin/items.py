@@ -43,7 +43,7 @@ class TraceTest(pytest.Item):
 
     def _update(self, done: Replayed) -> None:
         """Write what was found into the file, where it says something else."""
-        from llfsm_verify.report.updating import update_trace_file
+        from llfsm_verify.report.saving import update_trace_file
 
         assert done.found is not None
         if update_trace_file(self.path, done.found, done.arrangement.digest):

@@ -6,8 +6,7 @@ import pytest
 
 from llfsm_verify.arrangement import build_arrangement, load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.runtime.debugging.answers import Steps, Table
-from llfsm_verify.runtime.debugging.commands import BY_NAME, COMMANDS
+from llfsm_verify.runtime.debugging.commands import BY_NAME, COMMANDS, Steps, Table
 from llfsm_verify.runtime.debugging.debugger import Debugger
 from llfsm_verify.runtime.debugging.paths import DebugError, Free
 from llfsm_verify.runtime.debugging.session import Session

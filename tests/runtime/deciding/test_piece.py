@@ -18,7 +18,7 @@ from llfsm_verify.runtime.deciding.piece import piece_of
 from llfsm_verify.runtime.deciding.recordings import check
 from llfsm_verify.runtime.live.plan import plan
 from llfsm_verify.runtime.live.run import Run
-from llfsm_verify.runtime.recording.codes import UNSAVED
+from llfsm_verify.runtime.recording import UNSAVED
 from llfsm_verify.runtime.recording.file import Recorder, Recording
 from llfsm_verify.runtime.recording.origin import header_of
 from llfsm_verify.testing.arrangements import Document, arrangements

@@ -7,7 +7,7 @@ from pathlib import Path
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
-from llfsm_verify.runtime.live.preparing import drawn_choices, starting_values
+from llfsm_verify.runtime.live.plan import drawn_choices, starting_values
 from llfsm_verify.runtime.recording.file import Recorder, Recording, Turn
 from llfsm_verify.semantics.lowering import lower
 

@@ -15,7 +15,7 @@ import pytest
 from llfsm_verify.runtime.live import supervised
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
-from llfsm_verify.runtime.live.preparing import safe_values, starting_values
+from llfsm_verify.runtime.live.plan import safe_values, starting_values
 from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.semantics.lowering import lower

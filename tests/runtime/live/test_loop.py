@@ -39,7 +39,7 @@ from llfsm_verify.runtime.live.frame import (
     STEPS,
 )  # fmt: skip
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
-from llfsm_verify.runtime.live.preparing import drawn_choices, runnable, script_of, starting_values
+from llfsm_verify.runtime.live.plan import drawn_choices, runnable, script_of, starting_values
 from llfsm_verify.runtime.live.run import Run, percentiles
 from llfsm_verify.runtime.recording.file import Prescription, Recorder, Turn
 from llfsm_verify.runtime.recording.replay import CLOCKED, Differs, replay

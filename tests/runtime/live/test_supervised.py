@@ -21,7 +21,7 @@ from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.runtime.live import forks
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
-from llfsm_verify.runtime.live.preparing import drawn_choices, safe_values, starting_values
+from llfsm_verify.runtime.live.plan import drawn_choices, safe_values, starting_values
 from llfsm_verify.runtime.live.slots import slots_of
 from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.recording import file

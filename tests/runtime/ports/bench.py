@@ -12,7 +12,7 @@ from pathlib import Path
 
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
-from llfsm_verify.runtime.live.preparing import starting_values
+from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.runtime.live.slots import inputs_of, slots_of
 from llfsm_verify.runtime.ports.file import read_ports
 from llfsm_verify.runtime.ports.port import PortSpec

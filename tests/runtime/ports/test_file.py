@@ -11,10 +11,9 @@ import yaml
 
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.registry import Entry
-from llfsm_verify.runtime.ports import kinds
 from llfsm_verify.runtime.ports.callback import CallbackPort
 from llfsm_verify.runtime.ports.file import PORT, schema
-from llfsm_verify.runtime.ports.port import Link, Started
+from llfsm_verify.runtime.ports.port import PORTS, Link, Started
 from llfsm_verify.yaml.tables import rows
 from tests.runtime.ports.bench import bench, declared
 
@@ -94,10 +93,10 @@ def test_the_schema_has_every_kind_with_its_keys() -> None:
     found: Any = schema("ports")
     jsonschema.Draft202012Validator.check_schema(found)
     port = found["properties"]["ports"]["additionalProperties"]
-    ours = [name for name in kinds.PORTS if kinds.PORTS[name].place.startswith("llfsm_verify.")]
+    ours = [name for name in PORTS if PORTS[name].place.startswith("llfsm_verify.")]
     assert [branch["if"]["properties"]["kind"]["const"] for branch in port["allOf"]] == ours
     for name, branch in zip(ours, port["allOf"], strict=True):
-        kind = kinds.PORTS.load(name)
+        kind = PORTS.load(name)
         assert branch["then"]["propertyNames"]["enum"] == [*PORT.keys, *kind.keys]
         assert {*branch["then"].get("required", ())} <= {*kind.required}
         assert all("description" in field for field in branch["then"]["properties"].values())
@@ -147,9 +146,9 @@ class Point:
 
 def test_kinds_of_other_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     points = [Point("number", 3), Point("theirs", Entry("theirs", f"{__name__}:KIND", "for this test"))]
-    monkeypatch.setattr("importlib.metadata.entry_points", lambda group: points if group == kinds.PORTS.group else [])
-    monkeypatch.setattr(kinds.PORTS, "_entries", dict(kinds.PORTS._entries))
-    monkeypatch.setattr(kinds.PORTS, "_broken", None)
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda group: points if group == PORTS.group else [])
+    monkeypatch.setattr(PORTS, "_entries", dict(PORTS._entries))
+    monkeypatch.setattr(PORTS, "_broken", None)
     with pytest.raises(DiagnosticError) as caught:
         declared("ports: {a: {kind: nothing, outputs: [m]}}", tmp_path)
     assert caught.value.diagnostics[0].notes == (

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.runtime.ports import ports as ports_of_run
-from llfsm_verify.runtime.ports.lines import MOST_BYTES, LineReader, Malformed, decode, encode
+from llfsm_verify.runtime.ports.line_port import MOST_BYTES, LineReader, Malformed, decode, encode
 from llfsm_verify.runtime.ports.port import PortSpec
 from tests.quick import examples
 from tests.runtime.ports.bench import Bench, bench, declared, lines_of
@@ -137,7 +137,7 @@ def test_what_is_no_message_is_counted_and_said_once(tmp_path: Path) -> None:
 def test_lines_are_the_same_however_they_are_cut(lines: list[bytes], cuts: list[int], most: int) -> None:
     data = b"".join(line.replace(b"\n", b"") + b"\n" for line in lines)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("llfsm_verify.runtime.ports.lines.MOST_BYTES", most)
+        patch.setattr("llfsm_verify.runtime.ports.line_port.MOST_BYTES", most)
         places = sorted({0, len(data), *(c for c in cuts if c <= len(data))})
         reader = LineReader()
         found = [line for a, b in pairwise(places) for line in reader.lines(data[a:b])]

@@ -14,7 +14,7 @@ import pytest
 
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.runtime.live.loop import Loop
-from llfsm_verify.runtime.live.preparing import starting_values
+from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.runtime.whiteboard.client import Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.server import Server

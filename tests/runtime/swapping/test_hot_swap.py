@@ -33,7 +33,7 @@ from llfsm_verify.runtime.debugging.paths import Recorded
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.frame import CYCLE, ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
-from llfsm_verify.runtime.live.preparing import drawn_choices, starting_values
+from llfsm_verify.runtime.live.plan import drawn_choices, starting_values
 from llfsm_verify.runtime.live.slots import STATE, slots_of
 from llfsm_verify.runtime.recording.file import Recorder, Recording, Turn
 from llfsm_verify.runtime.recording.replay import Differs, replay

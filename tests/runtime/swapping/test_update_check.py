@@ -21,8 +21,7 @@ from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
-from llfsm_verify.runtime.live.plan import monitored
-from llfsm_verify.runtime.live.preparing import drawn_choices, safe_values, starting_values
+from llfsm_verify.runtime.live.plan import drawn_choices, monitored, safe_values, starting_values
 from llfsm_verify.runtime.recording.file import Recorder, Recording
 from llfsm_verify.runtime.recording.replay import replay
 from llfsm_verify.runtime.swapping.check_process import Check, Finding

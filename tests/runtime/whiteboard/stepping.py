@@ -10,10 +10,10 @@ from typing import Self
 
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
-from llfsm_verify.runtime.live.preparing import drawn_choices, starting_values
+from llfsm_verify.runtime.live.plan import drawn_choices, starting_values
 from llfsm_verify.runtime.live.slots import slots_of
+from llfsm_verify.runtime.whiteboard.posts import Refused
 from llfsm_verify.runtime.whiteboard.shared import Shared
-from llfsm_verify.runtime.whiteboard.writers import Refused
 
 LONGEST = 1000
 """Cycles that nobody takes after the last one; less are left when the last frame is there."""

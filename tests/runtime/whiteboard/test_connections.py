@@ -27,19 +27,17 @@ from llfsm_verify.arrangement.replacing import Change, Replacement
 from llfsm_verify.limits import Limits
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
-from llfsm_verify.runtime.live.preparing import starting_values
+from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.runtime.swapping import check_process
 from llfsm_verify.runtime.swapping.check_process import Check, Finding
-from llfsm_verify.runtime.whiteboard.audit import ENDED, AuditLog, verify
+from llfsm_verify.runtime.whiteboard.audit import ENDED, FIRST, INTERVAL, AuditLog, Sparing, verify
 from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError, called
 from llfsm_verify.runtime.whiteboard.connections import CONNECTIONS, PIECES, SUBSCRIPTIONS, Client, Share
 from llfsm_verify.runtime.whiteboard.permissions import COMMANDS, OWN, READS, Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace, names, socket_path
+from llfsm_verify.runtime.whiteboard.posts import LENT, Refused
 from llfsm_verify.runtime.whiteboard.server import CALLS, FEW, KEPT_BYTES, STRANGERS, Server, Taken
-from llfsm_verify.runtime.whiteboard.shared import Shared
-from llfsm_verify.runtime.whiteboard.sparing import FIRST, INTERVAL, Sparing
-from llfsm_verify.runtime.whiteboard.waking import wake_path
-from llfsm_verify.runtime.whiteboard.writers import LENT, Refused
+from llfsm_verify.runtime.whiteboard.shared import Shared, wake_path
 from tests.runtime.live.runs import code_of
 from tests.runtime.whiteboard.test_server import OPERATED, Raw, boards, served, tidy  # noqa: F401 - fixtures
 

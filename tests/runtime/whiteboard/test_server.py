@@ -28,12 +28,12 @@ from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.runtime.live import control, generations
 from llfsm_verify.runtime.live.generations import segment_words
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
-from llfsm_verify.runtime.live.preparing import starting_values
+from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.runtime.live.run import Run
 from llfsm_verify.runtime.live.slots import slots_of
+from llfsm_verify.runtime.whiteboard import audit, segment
 from llfsm_verify.runtime.whiteboard import client as board_of_others
-from llfsm_verify.runtime.whiteboard import segment, sparing
-from llfsm_verify.runtime.whiteboard.audit import AuditLog, verify
+from llfsm_verify.runtime.whiteboard.audit import FIRST, AuditLog, verify
 from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.connections import CONNECTIONS, PIECE
 from llfsm_verify.runtime.whiteboard.permissions import Permissions, user_name
@@ -41,7 +41,6 @@ from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST, NoPlace, names,
 from llfsm_verify.runtime.whiteboard.segment import Attached, Lent, NoSegment, Segment
 from llfsm_verify.runtime.whiteboard.server import MOST_REFUSALS, MOST_WAKES, Server, Taken
 from llfsm_verify.runtime.whiteboard.shared import Shared
-from llfsm_verify.runtime.whiteboard.sparing import FIRST
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.values import elements
 from tests.cli.running import LIGHTS, llfsm
@@ -103,7 +102,7 @@ def tidy(boards: Path) -> Iterator[None]:
 
 @pytest.fixture(autouse=True)
 def refusals_are_counted_until_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sparing, "INTERVAL", 1e9)
+    monkeypatch.setattr(audit, "INTERVAL", 1e9)
 
 
 @contextmanager
@@ -427,7 +426,7 @@ def test_commands_of_two_clients_are_all_taken() -> None:
 @pytest.mark.slow
 def test_a_hostile_client_spoils_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     refused: list[str] = []
-    monkeypatch.setattr(sparing, "INTERVAL", 1e9)
+    monkeypatch.setattr(audit, "INTERVAL", 1e9)
     log = AuditLog(tmp_path / "log")
     with served(build_arrangement(OPERATED), refused=refused, audit=log), Whiteboard("board") as board:
         with closing(Raw()) as client:
@@ -592,7 +591,7 @@ def test_the_kernel_refuses_others() -> None:
 def test_what_is_asked_is_logged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also what is refused, and who asks for too much is sent away."""
     document = {**KINDS, "operators": {"suspend": ["m"]}}
-    monkeypatch.setattr(sparing, "INTERVAL", 1e9)
+    monkeypatch.setattr(audit, "INTERVAL", 1e9)
     log = AuditLog(tmp_path / "log")
     with served(build_arrangement(document), audit=log):
         with Whiteboard("board") as board:

@@ -16,7 +16,7 @@ import llfsm_verify as lv
 from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.runtime.live.generations import GENERATIONS, NEWEST, stride
 from llfsm_verify.runtime.live.loop import Loop
-from llfsm_verify.runtime.live.preparing import drawn_choices, starting_values
+from llfsm_verify.runtime.live.plan import drawn_choices, starting_values
 from llfsm_verify.runtime.live.run import Run
 from llfsm_verify.runtime.live.slots import Slot, slots_of
 from llfsm_verify.runtime.whiteboard.segment import Segment

@@ -15,7 +15,7 @@ from llfsm_verify.checking.replay.confirm import Letter
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.runtime.deciding.letters import SlotLetters
-from llfsm_verify.runtime.deciding.logs.codes import NOT_GIVEN, UNKNOWN, UNREADABLE
+from llfsm_verify.runtime.deciding.logs import NOT_GIVEN, UNKNOWN, UNREADABLE
 from llfsm_verify.runtime.deciding.logs.formats import LOGS, NoColumn, Row, Unreadable, Wanted
 from llfsm_verify.runtime.deciding.logs.mapping import LogMapping, read_mapping
 from llfsm_verify.runtime.deciding.recordings import Decided, Watch

@@ -12,7 +12,7 @@ from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.language.types import decimal_text
 from llfsm_verify.program.program import Choice
-from llfsm_verify.runtime.deciding.logs.codes import UNKNOWN
+from llfsm_verify.runtime.deciding.logs import UNKNOWN
 from llfsm_verify.values import ValueProblem, choice_value
 from llfsm_verify.yaml.compose import compose
 from llfsm_verify.yaml.fields import Report

@@ -18,7 +18,7 @@ from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import PropertySet, parse_properties
-from llfsm_verify.report.schemas import SCHEMAS
+from llfsm_verify.report.schema import SCHEMAS
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.runtime.deciding.letters import SlotLetters
 from llfsm_verify.runtime.deciding.logs.check import check_log
