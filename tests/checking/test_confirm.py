@@ -11,7 +11,7 @@ from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Disagreement, Source
 from llfsm_verify.engines.explicit import search as searching
-from llfsm_verify.engines.explicit.product_search import Walk
+from llfsm_verify.kripke.product_search import Walk
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.program.moves import Move
 from llfsm_verify.verification.replaying import replay

@@ -27,8 +27,8 @@ from llfsm_verify.checking.verdict import Options, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Disagreement, Source
 from llfsm_verify.engines.explicit import search as searching
 from llfsm_verify.engines.explicit.options import ExplicitOptions
-from llfsm_verify.engines.explicit.product_search import Walk
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
+from llfsm_verify.kripke.product_search import Walk
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import apply, atom, atoms

@@ -18,10 +18,10 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit import engine as explicit
-from llfsm_verify.engines.explicit import product_search as search
 from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions
 from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.kripke import chains as chains_module
+from llfsm_verify.kripke import product_search as search
 from llfsm_verify.kripke.checkpoint import Section
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.graph import Graph

@@ -13,8 +13,8 @@ from typing import TypeVar
 
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.safety import BadPrefix
-from llfsm_verify.engines.explicit.product_search import Projection, Reader
 from llfsm_verify.kripke.graph import Graph
+from llfsm_verify.kripke.product_search import Projection, Reader
 
 States = tuple[int, ...]
 Node = tuple[int, States]
@@ -58,7 +58,7 @@ def bad_prefix_length(graph: Graph, first: Sequence[int], monitor: BadPrefix, pr
 
 
 class Reference:
-    """What `engines.explicit.product_search.Product` is, in plain Python."""
+    """What `kripke.product_search.Product` is, in plain Python."""
 
     def __init__(self, graph: Graph, readers: Sequence[Reader], fair_bits: Sequence[int]) -> None:
         self._graph = graph

@@ -26,9 +26,9 @@ from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import FaultResult, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Disagreement
-from llfsm_verify.engines.explicit.product_search import Product
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.kripke.product_search import Product
 from llfsm_verify.limits import Budget, LimitReached, Limits, tick
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.program.json import program_json

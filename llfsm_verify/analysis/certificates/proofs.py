@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from llfsm_verify.analysis.certificates.configurations import MOST_STATES, TooLarge
 from llfsm_verify.automata.omega.components import components
 from llfsm_verify.diagnostics import Disagreement
-from llfsm_verify.engines.explicit.product_search import Product
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.graph import Graph
+from llfsm_verify.kripke.product_search import Product
 from llfsm_verify.limits import tick
 
 Edges = Sequence[Sequence[tuple[int, int | None]]]

@@ -11,9 +11,9 @@ from llfsm_verify.checking.goals.goal import Unconfirmed
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Disagreement
-from llfsm_verify.engines.explicit.product_search import Product, States
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.observing import Observer
+from llfsm_verify.kripke.product_search import Product, States
 from llfsm_verify.limits import tick
 from llfsm_verify.program.moves import Move
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.safety import PrefixMonitor
-from llfsm_verify.engines.explicit.product_search import Projection, Reader
 from llfsm_verify.jsonvalue import Json
+from llfsm_verify.kripke.product_search import Projection, Reader
 from llfsm_verify.limits import LimitReached
 
 MOST_ROWS = 2_000

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from llfsm_verify.checking.engine import Violated
 from llfsm_verify.checking.reach import schedule_of
 from llfsm_verify.checking.replay.confirm import Letter
-from llfsm_verify.engines.explicit.walk import Walk
 from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.kripke.lassos import Walk
 
 if TYPE_CHECKING:
     from llfsm_verify.transforms.cone import Cone

@@ -20,10 +20,10 @@ from llfsm_verify.engines.explicit.bad_prefixes import (
     shortest_bad_prefix,
 )
 from llfsm_verify.engines.explicit.escapes import Assumed, Question, find_escape
-from llfsm_verify.engines.explicit.product_search import Product, Projection, Reader, Walk, accepting_lasso
 from llfsm_verify.kripke.compiled import kernels
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.living import Living
+from llfsm_verify.kripke.product_search import Product, Projection, Reader, Walk, accepting_lasso
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.program.program import Unbounded
 from llfsm_verify.stages import stage

@@ -24,10 +24,10 @@ from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.reach import Reachable
 from llfsm_verify.diagnostics import counted
-from llfsm_verify.engines.explicit.product_search import Projection
 from llfsm_verify.engines.explicit.search import Reading, Search
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.graph import Graph
+from llfsm_verify.kripke.product_search import Projection
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.logic.formula import apply
 from llfsm_verify.logic.properties import Property, PropertySet

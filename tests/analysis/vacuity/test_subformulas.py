@@ -14,8 +14,8 @@ from llfsm_verify.automata.ltl.satisfiability import satisfying_word
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.checking.vacuity import VacuityFinding
 from llfsm_verify.diagnostics import Fragment, Source
-from llfsm_verify.engines.explicit.product_search import Reader, accepting_lasso
 from llfsm_verify.kripke.graph import Graph
+from llfsm_verify.kripke.product_search import Reader, accepting_lasso
 from llfsm_verify.logic.bounds import TICK, Clock, rebuilt, written_out
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, apply, conjunction, negation
 from llfsm_verify.logic.lasso import evaluate

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from hypothesis import strategies as st
 
-from llfsm_verify.engines.explicit.product_search import Projection, Walk
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.product import Sizes
+from llfsm_verify.kripke.product_search import Projection, Walk
 from llfsm_verify.logic.formula import Formula, atoms
 from llfsm_verify.logic.lasso import evaluate
 

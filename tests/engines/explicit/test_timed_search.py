@@ -14,14 +14,14 @@ from llfsm_verify.engines.explicit.bad_prefixes import (
     has_continued_bad_prefix,
     shortest_bad_prefix,
 )
-from llfsm_verify.engines.explicit.product_search import (
+from llfsm_verify.kripke.graph import Graph
+from llfsm_verify.kripke.product import Sizes
+from llfsm_verify.kripke.product_search import (
     Product,
     Projection,
     Reader,
     accepting_lasso,
 )
-from llfsm_verify.kripke.graph import Graph
-from llfsm_verify.kripke.product import Sizes
 from llfsm_verify.logic.bounds import TICK
 from llfsm_verify.logic.formula import Formula, apply, atom, conjunction
 from tests.automata.ltl.test_counting import CLOCK, ORDER, timed, true_on, written_out

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.automata.automaton import Automaton, Edge
-from llfsm_verify.engines.explicit.cores import Cores
-from llfsm_verify.engines.explicit.product_search import Product, Projection, Reader, accepting_lasso
 from llfsm_verify.kripke.graph import Graph
+from llfsm_verify.kripke.lassos import Cores
 from llfsm_verify.kripke.product import NO_STATE, Sizes
+from llfsm_verify.kripke.product_search import Product, Projection, Reader, accepting_lasso
 from tests.engines.explicit.graphs import FAIR, KEYS, SIZES, follows, graphs, word
 from tests.oracle.product import Reference
 from tests.quick import examples

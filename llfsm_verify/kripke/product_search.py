@@ -13,11 +13,9 @@ from typing import Self
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.moves import Lazy, moves_of
-from llfsm_verify.engines.explicit.cores import Cores
-from llfsm_verify.engines.explicit.lassos import Space, short_lasso
-from llfsm_verify.engines.explicit.walk import Walk, walk
 from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.graph import EPSILON, Graph
+from llfsm_verify.kripke.lassos import Cores, Space, Walk, short_lasso, walk
 from llfsm_verify.kripke.paths import Breadth, PathStep, SearchTarget
 from llfsm_verify.kripke.product import MAX_SETS, SIZES, EdgeClasses, ProductNode, Rows, Sizes
 from llfsm_verify.kripke.reading import LabelClasses, Move, Reading
@@ -149,7 +147,7 @@ class LassoSearch:
     """Looks for accepted runs from several starts; what has been searched in vain is not searched again.
 
     First everything is reached, breadth first, then components are looked for with the states of the automata that can
-    lie on an accepting loop (`engines.explicit.cores`).
+    lie on an accepting loop (`kripke.lassos.Cores`).
     """
 
     def __init__(self, over: Product, first: Iterable[Node]) -> None:

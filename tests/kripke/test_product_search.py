@@ -9,21 +9,21 @@ from hypothesis import strategies as st
 from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.safety import BadPrefix, safety
-from llfsm_verify.engines.explicit import lassos
 from llfsm_verify.engines.explicit.bad_prefixes import (
     continued_bad_prefix,
     has_continued_bad_prefix,
     shortest_bad_prefix,
 )
-from llfsm_verify.engines.explicit.product_search import (
+from llfsm_verify.kripke import lassos
+from llfsm_verify.kripke.graph import Graph
+from llfsm_verify.kripke.memory import Region
+from llfsm_verify.kripke.product import Sizes
+from llfsm_verify.kripke.product_search import (
     Product,
     Projection,
     Reader,
     accepting_lasso,
 )
-from llfsm_verify.kripke.graph import Graph
-from llfsm_verify.kripke.memory import Region
-from llfsm_verify.kripke.product import Sizes
 from llfsm_verify.limits import LimitReached, ticking
 from llfsm_verify.logic.formula import Formula, apply, atom
 from llfsm_verify.testing.formulas import formulas
