@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal, TypeVar
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.vacuity import OPEN, Vacuity
 from llfsm_verify.diagnostics import Diagnostic, Span
-from llfsm_verify.kripke.labels.notes import InputNote
+from llfsm_verify.kripke.labels.wide import InputNote
 from llfsm_verify.limits import Limits
 from llfsm_verify.program.program import FaultSite
 

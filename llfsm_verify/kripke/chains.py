@@ -12,11 +12,10 @@ from collections.abc import Callable, Iterator
 from llfsm_verify.backends.native.context import PREFIX, PROCESS, STEPPED
 from llfsm_verify.backends.native.executor import Edge, NativeProgram
 from llfsm_verify.kripke.compiled import Kernels
-from llfsm_verify.kripke.graph import MAX_NODES, Graph
+from llfsm_verify.kripke.graph import MAX_NODES, Graph, Sequences
 from llfsm_verify.kripke.kernels import blocks as b
 from llfsm_verify.kripke.kernels import chain_blocks as c
 from llfsm_verify.kripke.memory import Region
-from llfsm_verify.kripke.sequences import Sequences
 from llfsm_verify.kripke.vectors import VectorSet
 from llfsm_verify.limits import Budget, LimitReached
 

@@ -12,13 +12,12 @@ from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.backends.native.layout import Layout, TooManyInitial
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.kripke.checkpoint import Section, Unusable
+from llfsm_verify.kripke.checkpoint import Numbers, Section, Unusable
 from llfsm_verify.kripke.compiled import Kernels, kernels
 from llfsm_verify.kripke.graph import MAX_NODES, NUMBER_BYTES, Graph, Letters
 from llfsm_verify.kripke.kernels import blocks as b
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.observing import Observer
-from llfsm_verify.kripke.saved import Numbers
 from llfsm_verify.kripke.tables import Tables
 from llfsm_verify.kripke.witnesses import GraphWitnesses
 from llfsm_verify.limits import Budget, LimitReached, reached

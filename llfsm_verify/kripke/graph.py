@@ -1,4 +1,4 @@
-"""The explored part of an arrangement's Kripke structure: configurations, edges with their letters, faults."""
+"""The explored part of an arrangement's Kripke structure: configurations, edges with their letters or words, faults."""
 
 from __future__ import annotations
 
@@ -7,7 +7,37 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from llfsm_verify.kripke.memory import Region
-from llfsm_verify.kripke.sequences import Sequences
+
+WORD_BYTES = 8
+NO_PREFIX = 0xFFFFFFFF
+"""The prefix of a word of one letter."""
+
+
+class Sequences:
+    """Words by number. Number i lies in 64 bits of `trie`: the number of its prefix (high half; NO_PREFIX: none) and
+    that of its last letter in `alphabet`. A prefix has a smaller number than the words that go on from it."""
+
+    def __init__(self, alphabet: Sequence[int], trie: Region) -> None:
+        self._alphabet = alphabet
+        self._trie = trie
+        self.count = 0
+
+    def __len__(self) -> int:
+        return self.count
+
+    def __getitem__(self, word: int) -> tuple[int, ...]:
+        """The letters of a word, as masks."""
+        letters = []
+        while word != NO_PREFIX:
+            pair = int.from_bytes(self._trie.read(WORD_BYTES * word, WORD_BYTES), "little")
+            letters.append(self._alphabet[pair & NO_PREFIX])
+            word = pair >> 32
+        return tuple(reversed(letters))
+
+    def pairs(self) -> array[int]:
+        """Prefix and last letter of each word, as they lie in memory."""
+        return array("Q", self._trie.read(0, WORD_BYTES * self.count))
+
 
 EPSILON = 0xFFFFFFFF
 """The label of an edge in the middle of a cycle when only whole cycles have a letter (``observe: cycle``)."""

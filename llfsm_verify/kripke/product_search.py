@@ -17,8 +17,17 @@ from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.graph import EPSILON, Graph
 from llfsm_verify.kripke.lassos import Cores, Space, Walk, short_lasso, walk
 from llfsm_verify.kripke.paths import Breadth, PathStep, SearchTarget
-from llfsm_verify.kripke.product import MAX_SETS, SIZES, EdgeClasses, ProductNode, Rows, Sizes
-from llfsm_verify.kripke.reading import LabelClasses, Move, Reading
+from llfsm_verify.kripke.product import (
+    MAX_SETS,
+    SIZES,
+    EdgeClasses,
+    LabelClasses,
+    Move,
+    ProductNode,
+    Reading,
+    Rows,
+    Sizes,
+)
 from llfsm_verify.limits import tick
 
 __all__ = ["Product", "Projection", "Reader", "Walk", "accepting_lasso"]

@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from llfsm_verify.backends.native.layout import WORD_BITS, BitField, Layout
-from llfsm_verify.kripke.graph import EPSILON, Graph
+from llfsm_verify.kripke.checkpoint import Numbers, need
+from llfsm_verify.kripke.graph import EPSILON, NO_PREFIX, Graph
 from llfsm_verify.kripke.kernels.chain_blocks import MAX_CHAIN
 from llfsm_verify.kripke.memory import Region
-from llfsm_verify.kripke.saved import Numbers, need
-from llfsm_verify.kripke.sequences import NO_PREFIX
 from llfsm_verify.limits import Budget
 
 if TYPE_CHECKING:

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 from llfsm_verify.backends.native.code import BROKEN, OVERFLOW
 from llfsm_verify.backends.native.context import SOURCE
 from llfsm_verify.backends.native.executor import NativeProgram
-from llfsm_verify.kripke.checkpoint import Section, Unusable
+from llfsm_verify.kripke.checkpoint import Numbers, Section, Unusable, sizes
 from llfsm_verify.kripke.compiled import Kernels
 from llfsm_verify.kripke.graph import FIRST_BYTES, MAX_NODES, NUMBER_BYTES, Graph
 from llfsm_verify.kripke.kernels import blocks as b
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.observing import Observer
-from llfsm_verify.kripke.saved import Numbers, sizes
 from llfsm_verify.kripke.vectors import VectorSet
 from llfsm_verify.limits import Budget, LimitReached, reached
 

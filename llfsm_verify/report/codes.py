@@ -11,7 +11,7 @@ from llfsm_verify.arrangement.codes import CODES as ARRANGEMENT
 from llfsm_verify.arrangement.suppressions import CODES as LINT
 from llfsm_verify.engines.explicit.checkpoints import CODES as CHECKPOINTS
 from llfsm_verify.guarding.codes import CODES as GUARDS
-from llfsm_verify.kripke.codes import CODES as STRUCTURES
+from llfsm_verify.kripke.export.formats import CODES as STRUCTURES
 from llfsm_verify.language.codes import CODES as LANGUAGE
 from llfsm_verify.logic.codes import MEANINGS as PROPERTIES
 from llfsm_verify.monitoring.codes import CODES as MONITORS

@@ -8,7 +8,7 @@ from llfsm_verify.checking.trace import Event, Trace, TraceStep
 from llfsm_verify.checking.vacuity import NO_RUN
 from llfsm_verify.checking.verdict import Attempt, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import counted
-from llfsm_verify.kripke.labels.notes import InputNote
+from llfsm_verify.kripke.labels.wide import InputNote
 from llfsm_verify.program.program import FaultSite
 
 MOST_NAME = 60

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.kernels import product_blocks
-from llfsm_verify.kripke.living import Living
-from llfsm_verify.kripke.paths import Breadth, SearchTarget
+from llfsm_verify.kripke.paths import Breadth, Living, SearchTarget
 from llfsm_verify.kripke.product import NO_STATE, EdgeClasses, Move, Rows, Sizes
 from llfsm_verify.limits import LimitReached
 from tests.quick import examples

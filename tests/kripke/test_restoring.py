@@ -15,9 +15,9 @@ from llfsm_verify.diagnostics import Source
 from llfsm_verify.kripke.checkpoint import Section, Unusable
 from llfsm_verify.kripke.compiled import kernels
 from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.kripke.graph import NO_PREFIX
 from llfsm_verify.kripke.kernels.chain_blocks import MAX_CHAIN
 from llfsm_verify.kripke.memory import Region
-from llfsm_verify.kripke.sequences import NO_PREFIX
 from llfsm_verify.kripke.vectors import VectorSet
 from llfsm_verify.limits import Budget, endless_budget
 from llfsm_verify.logic.properties import parse_properties

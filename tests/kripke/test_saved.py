@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from llfsm_verify.kripke.saved import Unusable, need, whole
+from llfsm_verify.kripke.checkpoint import Unusable, need, whole
 
 
 def test_what_is_damaged_says_so() -> None:

@@ -8,7 +8,7 @@ from llfsm_verify.checking.trace import Cause, Change, Sampled, Trace, TraceStep
 from llfsm_verify.checking.vacuity import Vacuity, VacuityFinding
 from llfsm_verify.checking.verdict import Exploration, FaultFinding, FaultResult, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Source, Span
-from llfsm_verify.kripke.labels.notes import InputNote
+from llfsm_verify.kripke.labels.wide import InputNote
 from llfsm_verify.program.program import FaultSite
 
 SOURCE = Source("props.ltl", "good: G a\nbad: G !(x == 3)\nopen: F b\n")

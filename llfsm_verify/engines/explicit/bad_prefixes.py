@@ -11,9 +11,8 @@ from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.lassos import Walk, join, walk
 from llfsm_verify.kripke.paths import Breadth, PathStep, SearchTarget
-from llfsm_verify.kripke.product import SIZES, EdgeClasses, ProductNode, Rows, Sizes
+from llfsm_verify.kripke.product import SIZES, EdgeClasses, Move, ProductNode, Rows, Sizes
 from llfsm_verify.kripke.product_search import LassoSearch, Node, Product, Projection
-from llfsm_verify.kripke.reading import Move
 
 BAD = 0
 """The state of a monitor after a bad prefix; its other states follow."""

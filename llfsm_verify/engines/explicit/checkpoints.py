@@ -17,11 +17,19 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Disagreement, 
 from llfsm_verify.engines.explicit.options import Checkpointing, CheckpointWarning
 from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.kripke.checkpoint import OtherVersion, Section, Unusable, header_of, load
+from llfsm_verify.kripke.checkpoint import (
+    NotReplaceable,
+    OtherVersion,
+    Reservation,
+    Section,
+    Taken,
+    Unusable,
+    header_of,
+    load,
+    whole,
+)
 from llfsm_verify.kripke.graph import MAX_NODES, Graph, Letters
 from llfsm_verify.kripke.product_search import Walk
-from llfsm_verify.kripke.reservation import NotReplaceable, Reservation, Taken
-from llfsm_verify.kripke.saved import whole
 from llfsm_verify.kripke.witnesses import NoWitness
 from llfsm_verify.limits import Budget, LimitReached
 

@@ -14,10 +14,9 @@ from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.moves import Lazy, moves_of
 from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.lassos import walk
-from llfsm_verify.kripke.living import Living
-from llfsm_verify.kripke.product import MAX_SETS, EdgeClasses, ProductNode, Rows
+from llfsm_verify.kripke.paths import Living
+from llfsm_verify.kripke.product import MAX_SETS, EdgeClasses, Move, ProductNode, Reading, Rows
 from llfsm_verify.kripke.product_search import Product, States, Walk
-from llfsm_verify.kripke.reading import Move, Reading
 from llfsm_verify.limits import LimitReached, tick
 
 MAX_BITS = 12

@@ -22,7 +22,7 @@ from llfsm_verify.engines.explicit.bad_prefixes import (
 from llfsm_verify.engines.explicit.escapes import Assumed, Question, find_escape
 from llfsm_verify.kripke.compiled import kernels
 from llfsm_verify.kripke.explore import Explorer
-from llfsm_verify.kripke.living import Living
+from llfsm_verify.kripke.paths import Living
 from llfsm_verify.kripke.product_search import Product, Projection, Reader, Walk, accepting_lasso
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.program.program import Unbounded

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from llfsm_verify.kripke.export.describe import edges, initial_letters, letters, ways
-from llfsm_verify.kripke.export.rows import portions
+from llfsm_verify.kripke.export.rows import edges, initial_letters, letters, portions, ways
 from llfsm_verify.kripke.structure import Structure
 
 CUT = "CUT SHORT"

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
-from llfsm_verify.kripke.export.describe import edges, initial_letters, letters
-from llfsm_verify.kripke.export.rows import RowWriter, elements, portions
+from llfsm_verify.kripke.export.rows import RowWriter, edges, elements, initial_letters, letters, portions
 from llfsm_verify.kripke.steps import Step
 from llfsm_verify.kripke.structure import Structure
 from llfsm_verify.values import Shown, text

@@ -10,6 +10,7 @@ from llfsm_verify.registry import Entry, Registry
 if TYPE_CHECKING:
     from llfsm_verify.kripke.structure import Structure
 
+
 STRUCTURES: Registry[Callable[[Structure], Iterable[str | bytes]]] = Registry(
     "format of structures",
     [
@@ -21,3 +22,12 @@ STRUCTURES: Registry[Callable[[Structure], Iterable[str | bytes]]] = Registry(
     ],
 )
 """Each gives the portions of a file."""
+
+
+CODES: dict[str, str] = {
+    "E420": "A value of type `int` in a model for a checker that has no such integers.",
+    "E421": "A value that a model for another checker cannot hold in 32 bits.",
+    "E422": "A structure or model cannot be written there.",
+    "E423": "A graph of networkx needs the package networkx.",
+    "E424": "A property is too large for a model of SPIN (its automaton) or SMV (its text).",
+}

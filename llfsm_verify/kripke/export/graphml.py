@@ -6,8 +6,17 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from xml.sax.saxutils import escape, quoteattr
 
-from llfsm_verify.kripke.export.describe import edges, initial_letters, letters, steps_known, ways
-from llfsm_verify.kripke.export.rows import Element, RowWriter, elements, portions
+from llfsm_verify.kripke.export.rows import (
+    Element,
+    RowWriter,
+    edges,
+    elements,
+    initial_letters,
+    letters,
+    portions,
+    steps_known,
+    ways,
+)
 from llfsm_verify.kripke.structure import Structure
 from llfsm_verify.program.program import BOOL, Int
 from llfsm_verify.values import Shown, text

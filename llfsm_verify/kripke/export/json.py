@@ -6,8 +6,7 @@ import json as encoder
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 
-from llfsm_verify.kripke.export.describe import Edges, edges, initial_letters, letters
-from llfsm_verify.kripke.export.rows import RowWriter, elements, portions
+from llfsm_verify.kripke.export.rows import Edges, RowWriter, edges, elements, initial_letters, letters, portions
 from llfsm_verify.kripke.steps import Step
 from llfsm_verify.kripke.structure import Structure
 from llfsm_verify.values import Shown

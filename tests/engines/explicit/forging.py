@@ -16,7 +16,7 @@ from typing import Any, BinaryIO
 from unittest.mock import patch
 
 from llfsm_verify import cli
-from llfsm_verify.kripke import checkpoint, reservation
+from llfsm_verify.kripke import checkpoint
 from tests.cli.running import llfsm
 
 SECONDS = 20
@@ -66,12 +66,13 @@ class Check:
     def saved(self) -> Forged:
         """What the search that the limit ends has saved."""
         sizes: list[int] = []
+        really = checkpoint.write
 
         def write(file: BinaryIO, header: Any, sections: Any) -> None:
             sizes[:] = [size for _, size in sections]
-            checkpoint.write(file, header, sections)
+            really(file, header, sections)
 
-        with patch.object(reservation, "write", write):
+        with patch.object(checkpoint, "write", write):
             done = llfsm(*self.run("--max-states", str(self.most)))
         assert done.returncode in (1, 4), done.stderr
         assert sizes, "nothing was saved"

@@ -22,9 +22,8 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.engines.explicit import checkpoints
 from llfsm_verify.engines.explicit.checkpoints import CheckpointWarning
 from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions
-from llfsm_verify.kripke import checkpoint, reservation
-from llfsm_verify.kripke.checkpoint import FORMAT, KIND
-from llfsm_verify.kripke.reservation import Reservation
+from llfsm_verify.kripke import checkpoint
+from llfsm_verify.kripke.checkpoint import FORMAT, KIND, Reservation
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification.verify import verify
@@ -302,7 +301,7 @@ def test_nothing_is_left_where_nothing_was_saved(tmp_path: Path) -> None:
 
 
 HOLDING = (
-    "import sys; from pathlib import Path; from llfsm_verify.kripke.reservation import Reservation; "
+    "import sys; from pathlib import Path; from llfsm_verify.kripke.checkpoint import Reservation; "
     "place = Reservation(Path(sys.argv[1])); place.save({}, []) if sys.argv[2:] else None; print('held', flush=True); "
     "sys.stdin.read()"
 )
@@ -350,7 +349,7 @@ def test_what_cannot_be_saved_is_a_warning_and_tried_again(
         tries += 1
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(reservation, "write", full)
+    monkeypatch.setattr(checkpoint, "write", full)
     monkeypatch.setattr(checkpoints, "SHARE", math.inf)  # however long a try took, the next comes with the next report
     path = tmp_path / "file"
     with pytest.warns(CheckpointWarning, match=r"W402.*No space left on device; nothing has been saved") as told:

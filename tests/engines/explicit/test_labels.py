@@ -18,7 +18,7 @@ from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit import engine
 from llfsm_verify.engines.explicit.options import ExplicitOptions
-from llfsm_verify.kripke.labels import sizes
+from llfsm_verify.kripke.labels import wide as sizes
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.logic.properties import parse_properties

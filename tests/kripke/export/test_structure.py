@@ -209,7 +209,7 @@ def test_a_structure_takes_over_what_the_exploration_filled():
 @pytest.mark.parametrize("export", [json, graphml, aut, dot, npz])
 def test_a_large_structure_is_written_in_portions(export, monkeypatch):
     found = structure_of(many())
-    monkeypatch.setattr("llfsm_verify.kripke.export.describe.STEPS_UPTO", 0)
+    monkeypatch.setattr("llfsm_verify.kripke.export.rows.STEPS_UPTO", 0)
     monkeypatch.setattr("llfsm_verify.kripke.export.rows.PORTION", 1 << 9)
     monkeypatch.setattr("llfsm_verify.kripke.export.npz.PORTION", 1 << 13)
 
@@ -223,7 +223,7 @@ def test_a_large_structure_is_written_in_portions(export, monkeypatch):
 @pytest.mark.slow
 def test_no_configuration_is_written_wrongly_at_the_seams(monkeypatch):
     found = structure_of(many())
-    monkeypatch.setattr("llfsm_verify.kripke.export.describe.STEPS_UPTO", 0)
+    monkeypatch.setattr("llfsm_verify.kripke.export.rows.STEPS_UPTO", 0)
     back = decoder.loads("".join(json(found)))
     assert [(c["id"], c["values"]["x"]) for c in back["configurations"]] == [
         (i, x) for i, x in enumerate(found.column("x").tolist())
