@@ -11,8 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from llfsm_verify.analysis.vacuity.check import check_vacuity, share_of
-from llfsm_verify.analysis.vacuity.escapes import LEAST, look_for_escape
+from llfsm_verify.analysis.vacuity.check import LEAST, check_vacuity, look_for_escape, share_of
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.engine import Explored, Given, Holds, Session, Start, Unknown, Violated
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
@@ -372,7 +371,7 @@ class _Check:
 
     def _with_others(self, session: Session, results: tuple[PropertyResult, ...]) -> tuple[PropertyResult, ...]:
         """Violated properties with more counterexamples."""
-        from llfsm_verify.analysis.enumeration.enumerate import Others
+        from llfsm_verify.analysis.enumeration import Others
 
         others = Others(self._problem, self._options, session)
         try:

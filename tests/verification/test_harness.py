@@ -173,7 +173,7 @@ def test_what_was_looked_at_stays_where_a_later_part_is_ended(monkeypatch: pytes
 
     lights = load_arrangement("models/traffic_lights/arrangement.yaml")
     lines = parse_properties([Source("p", "v: G (ns@GREEN && ew@GREEN -> F car)\nw: G !ns@GREEN")])
-    monkeypatch.setattr("llfsm_verify.analysis.enumeration.enumerate.Others", ends)
+    monkeypatch.setattr("llfsm_verify.analysis.enumeration.Others", ends)
     result = verify(lights, lines, Options(strict=True, vacuity="all", traces=2), "explicit")
     empty, violated = result.properties
     assert result.interrupted and empty.vacuity.looked == "all" and empty.vacuity.findings
@@ -186,6 +186,6 @@ def test_a_limit_of_a_later_part_leaves_what_was_looked_at(monkeypatch: pytest.M
 
     lights = load_arrangement("models/traffic_lights/arrangement.yaml")
     lines = parse_properties([Source("p", "v: G (ns@GREEN && ew@GREEN -> F car)\nw: G !ns@GREEN")])
-    monkeypatch.setattr("llfsm_verify.analysis.enumeration.enumerate.Others", ends)
+    monkeypatch.setattr("llfsm_verify.analysis.enumeration.Others", ends)
     empty = verify(lights, lines, Options(strict=True, vacuity="all", traces=2), "explicit").properties[0]
     assert empty.vacuity.looked == "all" and empty.vacuity.findings and empty.vacuity.reason is None

@@ -9,12 +9,9 @@ from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
 
-from llfsm_verify.analysis.certificates.configurations import Nodes, explore
-from llfsm_verify.analysis.certificates.formulas import formula_json
 from llfsm_verify.analysis.certificates.inputs import inputs_json
-from llfsm_verify.analysis.certificates.proofs import edges_of, proof_of
-from llfsm_verify.analysis.certificates.runs import RunRecorder, follow
-from llfsm_verify.analysis.certificates.written import MonitorAutomaton, Shelf
+from llfsm_verify.analysis.certificates.proofs import Nodes, RunRecorder, edges_of, explore, follow, proof_of
+from llfsm_verify.analysis.certificates.written import MonitorAutomaton, Shelf, formula_json
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.omega.moves import Lazy

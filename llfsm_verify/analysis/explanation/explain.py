@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from llfsm_verify.analysis.explanation.causes import Pair, causes
-from llfsm_verify.analysis.explanation.last_letter import changes, possible
+from llfsm_verify.analysis.explanation.causes import Pair, causes, changes, possible
 from llfsm_verify.analysis.explanation.readings import Reading
 from llfsm_verify.analysis.explanation.sentences import Sentences
 from llfsm_verify.automata.automaton import AutomatonTooLarge

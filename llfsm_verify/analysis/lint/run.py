@@ -8,15 +8,11 @@ from dataclasses import replace
 
 from llfsm_verify.analysis.lint.finding import Finding, LintResult, OpenQuestion
 from llfsm_verify.analysis.lint.judging import Judge
-from llfsm_verify.analysis.lint.known import Known
-from llfsm_verify.analysis.lint.local import decide_locally
+from llfsm_verify.analysis.lint.local import ShortRuns, decide_locally
 from llfsm_verify.analysis.lint.reach import Reach
-from llfsm_verify.analysis.lint.starvation import passed_over, stuck
-from llfsm_verify.analysis.lint.turns import turns
-from llfsm_verify.analysis.lint.unread import lost, unread
-from llfsm_verify.analysis.lint.unrolled import ShortRuns
-from llfsm_verify.analysis.lint.unused import unused
-from llfsm_verify.analysis.lint.witnesses import Shower
+from llfsm_verify.analysis.lint.starvation import passed_over, stuck, turns
+from llfsm_verify.analysis.lint.unread import lost, unread, unused
+from llfsm_verify.analysis.lint.witnesses import Known, Shower
 from llfsm_verify.arrangement.ending import running_once
 from llfsm_verify.arrangement.model import Arrangement, Suppression
 from llfsm_verify.diagnostics import Span

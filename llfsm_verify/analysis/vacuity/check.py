@@ -1,32 +1,181 @@
-"""Every property that holds is looked at for what makes it hold vacuously, in the graph that has been explored."""
+"""Every property that holds is looked at for what makes it hold vacuously, in the graph that has been explored: atoms
+that never or always hold, antecedents that are never true, subformulas that do not matter, escaped assumptions.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial, reduce
+from operator import and_, or_
 from typing import TYPE_CHECKING, Literal, cast
 
-from llfsm_verify.analysis.vacuity.escapes import escape_finding
-from llfsm_verify.analysis.vacuity.letters import Letters
-from llfsm_verify.analysis.vacuity.subformulas import Holds, TooManySubformulas, findings
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.ltl.satisfiability import contradict, forbids, is_satisfiable, is_valid
 from llfsm_verify.checking.engine import Explored
 from llfsm_verify.checking.goals.formulas import FormulaGoal
-from llfsm_verify.checking.goals.goal import Goal
+from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
 from llfsm_verify.checking.problem import Problem
+from llfsm_verify.checking.replay.replayer import Replayer
+from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.vacuity import NO_RUN, Escape, Looked, Vacuity, VacuityFinding
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
+from llfsm_verify.checking.world import are_about_world
 from llfsm_verify.limits import Budget, LimitReached
-from llfsm_verify.logic.formula import EXPRESSIONS, Formula, apply, negation, to_text
+from llfsm_verify.logic.bounds import HIDDEN
+from llfsm_verify.logic.formula import EXPRESSIONS, FALSE, TRUE, Formula, apply, is_boolean, negation, to_text
+from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import Property
 from llfsm_verify.logic.regular import ExpressionTooLarge
+from llfsm_verify.logic.rewriting.strengthening import Occurrence, consequent, parts, replace_subformula
 from llfsm_verify.stages import stage
 
 if TYPE_CHECKING:
     from llfsm_verify.checking.goals.automata import AutomatonGoal
     from llfsm_verify.checking.goals.regular import RegularGoal
+
+
+MOST_LETTERS = 5_000
+"""Letters that are asked one by one; where there are more, a search is faster."""
+
+
+class Letters:
+    """Every letter of a complete graph."""
+
+    def __init__(self, explored: Explored) -> None:
+        self._masks = explored.masks
+        self._bits = {name: i for i, name in enumerate(explored.names)}
+
+    @cached_property
+    def _letters(self) -> list[frozenset[str]]:
+        """By the keys of the atoms that hold."""
+        return [frozenset(name for name, i in self._bits.items() if mask >> i & 1) for mask in self._masks]
+
+    def never(self, keys: Iterable[str]) -> tuple[str, ...]:
+        """The atoms that no letter shows."""
+        shown = reduce(or_, self._masks, 0)
+        return tuple(k for k in keys if not k.startswith(HIDDEN) and not shown >> self._bits[k] & 1)
+
+    def always(self, keys: Iterable[str]) -> tuple[str, ...]:
+        """The atoms that every letter shows."""
+        shown = reduce(and_, self._masks, -1 if self._masks else 0)
+        return tuple(k for k in keys if not k.startswith(HIDDEN) and shown >> self._bits[k] & 1)
+
+    def unmatched(self, formulas: Sequence[Formula]) -> list[Formula]:
+        """The state formulas that no letter satisfies."""
+        return [f for f in formulas if not any(evaluate(f, (), (letter,)) for letter in self._letters)]
+
+    def decide(self, formula: Formula) -> bool | None:
+        """Whether `G f`, or a conjunction of such, with state formulas f holds without assumptions; None: this is not
+        told by letters alone, or there are too many of them."""
+        if len(self._masks) > MOST_LETTERS:
+            return None
+        if formula.op == "and":
+            answers = [self.decide(part) for part in formula.args]
+            return False if False in answers else None if None in answers else True
+        if formula.op != "G" or not is_boolean(formula.args[0]):
+            return None
+        return all(evaluate(formula.args[0], (), (letter,)) for letter in self._letters)
+
+
+LEAST = 2.0
+"""Seconds that looking may take at least, without being asked for: it is one search of what was searched before."""
+NOT_LOOKED = "whether the arrangement escapes the assumptions was not examined"
+
+
+def look_for_escape(explored: Explored, replayer: Replayer, problem: Problem, budget: Budget) -> Escape:
+    """The nearest escape in a space that was explored to its end, and in which some run meets the assumptions."""
+    if are_about_world(problem):
+        return Escape()
+    try:
+        with budget:
+            budget.check()
+            found = explored.escape()
+            return Escape() if found is None else Escape(replayer.escape(found))
+    except (LimitReached, AutomatonTooLarge, Unconfirmed, MemoryError) as limit:
+        return Escape(reason=f"{NOT_LOOKED}: {str(limit) or 'the memory ran out'}")
+
+
+def not_looked_for(problem: Problem, why: str) -> Escape:
+    """What is known where nobody can look; `why`."""
+    return Escape() if are_about_world(problem) else Escape(reason=f"{NOT_LOOKED}: {why}")
+
+
+def escape_finding(problem: Problem, trace: Trace) -> VacuityFinding:
+    """What an escape says of everything that holds."""
+    steps = len(trace.steps)
+    where = f"after step {steps} of a run" if steps else "from an initial configuration"
+    message = f"{where} no continuation meets the assumptions, so what happens then does not count"
+    return VacuityFinding("escape", message, ", ".join(p.name for p in problem.assumptions))
+
+
+MOST_SUBFORMULAS = 200
+"""Occurrences of subformulas that are looked at; formulas with more are written by programs."""
+
+Holds = Callable[[Formula], bool]
+
+
+class TooManySubformulas(Exception):
+    """A formula has more occurrences of subformulas than are looked at."""
+
+
+def findings(formula: Formula, holds: Holds, *, everything: bool, assumed: bool = False) -> Iterator[VacuityFinding]:
+    """What is vacuous in `formula`, which holds: outermost first, and nothing inside of what was found.
+
+    `holds` decides a stronger formula, under assumptions when `assumed`. Without `everything` only the consequents of
+    implications are replaced. Raises
+    TooManySubformulas, and what `holds` raises, after what was found before.
+    """
+    todo = deque([Occurrence(formula)])
+    looked = 0
+    while todo:
+        place = todo.popleft()
+        looked += 1
+        if looked > MOST_SUBFORMULAS:
+            raise TooManySubformulas(f"it has more than {MOST_SUBFORMULAS} subformulas")
+        right = consequent(place)
+        if right is not None:
+            stronger = replace_subformula(formula, right.path, FALSE)
+            if stronger not in (TRUE, FALSE) and right.node is not FALSE and holds(stronger):
+                yield _never(place, stronger, formula, assumed)
+                continue
+        for part in parts(place):
+            if part.node in (TRUE, FALSE):
+                continue
+            if everything and part != right:
+                stronger = replace_subformula(formula, part.path, part.extreme)
+                if stronger is not FALSE and holds(stronger):
+                    subject = to_text(part.node)
+                    message = f"`{subject}` does not matter: `{to_text(stronger)}` also holds"
+                    yield VacuityFinding("subformula", message, subject, to_text(stronger))
+                    continue
+            todo.append(part)
+
+
+def _never(place: Occurrence, stronger: Formula, formula: Formula, assumed: bool) -> VacuityFinding:
+    """An implication, the right side of which may be anything."""
+    subject, witness = to_text(place.node.args[0]), to_text(stronger)
+    if place.node.op == "[]->":
+        nothing = f"nothing ever matches `{subject}`{' under the assumptions' if assumed else ''}"
+        return VacuityFinding("antecedent", f"{nothing}: `{witness}` also holds", subject, witness)
+    everywhere = _is_everywhere(formula, place.path)
+    verb = "is never true" if is_boolean(place.node.args[0]) else "never holds"
+    where = "in any run" if everywhere else "where it is asked for"
+    where += " under the assumptions" if assumed else ""
+    return VacuityFinding("antecedent", f"`{subject}` {verb} {where}: `{witness}` also holds", subject, witness)
+
+
+def _is_everywhere(formula: Formula, path: tuple[int, ...]) -> bool:
+    """Whether an occurrence is one in every configuration: it stands below `G` and conjunctions alone."""
+    always = False
+    for i in path:
+        if formula.op not in ("G", "and"):
+            return False
+        always = always or formula.op == "G"
+        formula = formula.args[i]
+    return always
+
 
 LIMITS = (LimitReached, AutomatonTooLarge, ExpressionTooLarge, TooManySubformulas, MemoryError)
 """What ends the look at one property."""

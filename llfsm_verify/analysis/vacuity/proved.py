@@ -7,13 +7,13 @@ from dataclasses import replace
 
 from llfsm_verify.analysis.vacuity.check import (
     LIMITS,
+    Holds,
     assumptions_finding,
     formula_findings,
     formula_of,
+    not_looked_for,
     stronger_line,
 )
-from llfsm_verify.analysis.vacuity.escapes import not_looked_for
-from llfsm_verify.analysis.vacuity.subformulas import Holds
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.vacuity import NO_RUN, PERHAPS_NO_RUN, Looked, Vacuity, VacuityFinding

@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from llfsm_verify.analysis.vacuity.letters import Letters
+from llfsm_verify.analysis.vacuity.check import Letters
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.engine import Explored
 from llfsm_verify.checking.goals.formulas import FormulaGoal

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 
 from llfsm_verify import certificate as verifier
-from llfsm_verify.analysis.certificates.formulas import formula_json
+from llfsm_verify.analysis.certificates.written import formula_json
 from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.certificate import REJECTED, Program, Rejected, checked, true_on
 from llfsm_verify.logic.formula import Formula

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from llfsm_verify.analysis.explanation.last_letter import changes
+from llfsm_verify.analysis.explanation.causes import changes
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.automata.finite.monitor import EmptyWordForbidden, NoWord, RegularMonitor
 from llfsm_verify.diagnostics import Source

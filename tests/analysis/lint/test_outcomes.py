@@ -9,11 +9,10 @@ from unittest.mock import patch
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 
-from llfsm_verify.analysis.lint.local import Situation, decide_locally
+from llfsm_verify.analysis.lint.local import ShortRuns, Situation, decide_locally
 from llfsm_verify.analysis.lint.reach import Reach
 from llfsm_verify.analysis.lint.run import lint
 from llfsm_verify.analysis.lint.starvation import stuck
-from llfsm_verify.analysis.lint.unrolled import ShortRuns
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.reference import Interpreter

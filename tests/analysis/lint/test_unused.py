@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.analysis.lint.run import lint
-from llfsm_verify.analysis.lint.unused import unused
+from llfsm_verify.analysis.lint.unread import unused
 from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source

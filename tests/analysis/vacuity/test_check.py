@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, assume, event, given, settings
 
-from llfsm_verify.analysis.vacuity.letters import Letters
+from llfsm_verify.analysis.vacuity.check import Letters
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import bind

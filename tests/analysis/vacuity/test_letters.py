@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from llfsm_verify.analysis.vacuity import letters
-from llfsm_verify.analysis.vacuity.letters import Letters
+from llfsm_verify.analysis.vacuity import check as letters
+from llfsm_verify.analysis.vacuity.check import Letters
 from llfsm_verify.logic.formula import FALSE, Formula, apply, atom, negation
 
 A, B, C, D = map(atom, "abcd")
@@ -48,7 +48,7 @@ def test_formulas_that_no_letter_satisfies() -> None:
 )
 def test_what_letters_decide(monkeypatch: pytest.MonkeyPatch, formula: Formula, answer: bool | None) -> None:
     assert shown(0b0110, 0b0100).decide(formula) is answer
-    monkeypatch.setattr(letters, "MOST", 2)
+    monkeypatch.setattr(letters, "MOST_LETTERS", 2)
     assert shown(0b0110, 0b0100).decide(formula) is answer
-    monkeypatch.setattr(letters, "MOST", 1)
+    monkeypatch.setattr(letters, "MOST_LETTERS", 1)
     assert shown(0b0110, 0b0100).decide(formula) is None

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from llfsm_verify.analysis.vacuity.subformulas import TooManySubformulas, findings
+from llfsm_verify.analysis.vacuity.check import TooManySubformulas, findings
 from llfsm_verify.automata.ltl.satisfiability import satisfying_word
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.checking.vacuity import VacuityFinding

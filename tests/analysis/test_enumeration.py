@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, assume, event, given, settings
 
-from llfsm_verify.analysis.enumeration.enumerate import NO_MORE
-from llfsm_verify.analysis.enumeration.signatures import Signature, Tree, signature_of
+from llfsm_verify.analysis.enumeration import NO_MORE, Signature, Tree, signature_of
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.goal import mask
@@ -36,7 +35,7 @@ def test_memory_that_runs_out_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(*_args: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("llfsm_verify.analysis.enumeration.enumerate.signature_of", fails)
+    monkeypatch.setattr("llfsm_verify.analysis.enumeration.signature_of", fails)
     lines = parse_properties([Source("p", "G !ns@GREEN")])
     options = Options(traces=2)
     found = verify(load_arrangement(LIGHTS / "arrangement.yaml"), lines, options, "explicit").properties[0]
