@@ -95,7 +95,9 @@ def test_what_type_checkers_see_of_the_plug_is_what_is_imported() -> None:
         names = tuple(f"{a.name} as {a.asname}" if a.asname else a.name for a in node.names)
         place = node.module.removeprefix("llfsm_verify.")
         seen[place] = (*seen.get(place, ()), *names)
-    assert seen == plug._PLACES
+    assert {place: sorted(names) for place, names in seen.items()} == {
+        place: sorted(names) for place, names in plug._PLACES.items()
+    }
     listed = [words.split(" as ")[-1] for names in seen.values() for words in names]
     assert sorted(listed) == sorted(plug.__all__) and set(listed) <= set(dir(plug))
     assert all(getattr(plug, name) is not None for name in plug.__all__)
