@@ -14,6 +14,16 @@ from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Assign, Command, Expression, Read, Statement, Variable
 from llfsm_verify.language.types import EnumType, Type, Value
 
+Base = Literal["llfsm", "clfsm", "swiftfsm"]
+Snapshot = Literal["none", "ringlet", "after_entry", "cycle"]
+Commands = Literal["next_turn", "end_of_ringlet"]
+Observe = Literal["ringlet", "cycle"]
+Timing = Literal["timed", "untimed"]
+Finished = Literal["leave", "keep"]
+Fairness = Literal["processes", "none"]
+Role = Literal["input", "output", "shared"]
+Changes = Literal["step", "cycle", "never"]
+OnFault = Literal["end", "unload"]
 ActionKind = Literal["on_entry", "on_exit", "internal", "on_suspend", "on_resume"]
 ACTION_KINDS: tuple[ActionKind, ...] = ("on_entry", "on_exit", "internal", "on_suspend", "on_resume")
 
@@ -75,7 +85,7 @@ class Machine:
     """False: it is of the pool, and runs when it is loaded."""
     nested: bool = False
     """A state of another machine runs it."""
-    on_fault: Literal["end", "unload"] = "end"
+    on_fault: OnFault = "end"
     """What a fault in its ringlet does: it ends the run, or unloads the machine."""
 
     @property
@@ -116,8 +126,8 @@ class WhiteboardVariable:
     """A variable of the whiteboard, and who writes it."""
 
     variable: Variable
-    role: Literal["input", "output", "shared"]
-    changes: Literal["step", "cycle", "never"]
+    role: Role
+    changes: Changes
     """How often the environment may change an input; `step` for everything else."""
     free: bool
     """A `changes: never` input without `init`: any value of its type, chosen before the run."""
@@ -131,13 +141,13 @@ class WhiteboardVariable:
 class Profile:
     """The differences between the published systems (docs/semantics.md, Profiles)."""
 
-    base: Literal["llfsm", "clfsm", "swiftfsm"]
-    snapshot: Literal["none", "ringlet", "after_entry", "cycle"]
+    base: Base
+    snapshot: Snapshot
     """When inputs are sampled: each read by itself, before on_entry, after on_entry, once a cycle."""
     self_transition_restarts_clock: bool
     restart_enters_initial: bool
     """A restart of a machine that is in its initial state runs on_entry again."""
-    commands: Literal["next_turn", "end_of_ringlet"]
+    commands: Commands
 
 
 ENVIRONMENT = "env"
@@ -213,11 +223,11 @@ class Arrangement:
     digest: str
     """SHA-256 (hex) over the arrangement file and the machine files it names, in order."""
     profile: Profile
-    observe: Literal["ringlet", "cycle"]
-    timing: Literal["timed", "untimed"]
+    observe: Observe
+    timing: Timing
     cycle_ms: Fraction | None
-    finished: Literal["leave", "keep"]
-    fairness: Literal["processes", "none"]
+    finished: Finished
+    fairness: Fairness
     types: dict[str, Type]
     enumerations: tuple[EnumType, ...]
     tables: Mapping[str, Table]

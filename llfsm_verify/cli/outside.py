@@ -6,8 +6,8 @@ from argparse import Namespace
 from collections.abc import Sequence
 from contextlib import suppress
 
+from llfsm_verify.arrangement.keys import OPERATORS
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.arrangement.resolve.operators import KINDS
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.decided import UNDECIDED, say_results
@@ -23,7 +23,7 @@ from llfsm_verify.runtime.whiteboard.client import Whiteboard
 from llfsm_verify.runtime.whiteboard.posts import WRITE
 from llfsm_verify.runtime.whiteboard.subscription import most_missed
 
-GIVEN = tuple(kind for kind in KINDS if kind not in ("replace", "policy"))
+GIVEN = tuple(kind for kind in OPERATORS.keys if kind not in ("replace", "policy"))
 """The commands that a guard may give: those that need no file."""
 
 

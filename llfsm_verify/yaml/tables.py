@@ -6,7 +6,7 @@ read it without, so a schema takes a number where its digits may stand.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -33,10 +33,13 @@ class Single:
     pattern: str | None = None
     least: int | None = None
     """Of a number."""
+    most: int | None = None
+    above: int | None = None
+    """What a number is greater than."""
 
     def schema(self) -> Schema:
         """See `Value`."""
-        limits = {"pattern": self.pattern, "minimum": self.least}
+        limits = {"pattern": self.pattern, "minimum": self.least, "maximum": self.most, "exclusiveMinimum": self.above}
         return {"type": list(self.kinds)} | {key: limit for key, limit in limits.items() if limit is not None}
 
 
@@ -64,15 +67,22 @@ class ByName:
     """A mapping whose keys the user chooses."""
 
     value: Value
-    names: str | None = None
-    """The pattern of the keys."""
+    names: str | tuple[str, ...] | None = None
+    """The pattern of the keys, or all that there are."""
     least: int = 1
+    empty: bool = False
+    """Whether nothing may stand there."""
 
     def schema(self) -> Schema:
         """See `Value`."""
-        names = {} if self.names is None else {"propertyNames": {"pattern": self.names}}
+        kind = "pattern" if isinstance(self.names, str) else "enum"
+        names = (
+            {}
+            if self.names is None
+            else {"propertyNames": {kind: self.names if kind == "pattern" else list(self.names)}}
+        )
         least = {"minProperties": self.least} if self.least else {}
-        return {"type": "object", **least, **names, "additionalProperties": self.value.schema()}
+        return {"type": _or_null("object", self), **least, **names, "additionalProperties": self.value.schema()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,10 +93,27 @@ class Several:
     least: int = 1
     different: bool = True
     """Whether no value may be there twice."""
+    most: int | None = None
+    empty: bool = False
+    """Whether nothing may stand there."""
 
     def schema(self) -> Schema:
         """See `Value`."""
-        return {"type": "array", "minItems": self.least, "uniqueItems": self.different, "items": self.value.schema()}
+        limits: Schema = {"minItems": self.least} if self.least else {}
+        limits |= {} if self.most is None else {"maxItems": self.most}
+        limits |= {"uniqueItems": True} if self.different else {}
+        return {"type": _or_null("array", self), **limits, "items": self.value.schema()}
+
+
+@dataclass(frozen=True, slots=True)
+class Shared:
+    """A value that is described under a name for all places where it may stand, also inside itself."""
+
+    name: str
+
+    def schema(self) -> Schema:
+        """See `Value`."""
+        return {"$ref": f"#/$defs/{self.name}"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +136,13 @@ class Field:
     """What it means: a sentence without its full stop, in the schema and on the page."""
     value: Value = Single()
     required: bool = False
+    called: str = ""
+    """What others call it: words."""
+
+    def schema(self) -> Schema:
+        """Of its value."""
+        described = {"description": _sentence(self.about)}
+        return {**described, **self.value.schema(), **described}
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +178,7 @@ class Table:
         return {**found, "allOf": [self._variant(word, table) for word, table in self.variants.items()]}
 
     def _parts(self) -> Schema:
-        described = {one.name: {"description": _sentence(one.about), **one.value.schema()} for one in self.fields}
+        described = {one.name: one.schema() for one in self.fields}
         found: Schema = {"description": _sentence(self.about), "properties": described}
         if self.required:
             found["required"] = list(self.required)
@@ -164,15 +198,38 @@ class Table:
 FORMAT = Field(VERSION, "the format of files that it was written for", Words(("1",)))
 
 
-def schema_of(name: str, title: str, table: Table) -> Schema:
-    """The JSON Schema (draft 2020-12) of a kind of file."""
+def schema_of(name: str, title: str, table: Table, shared: Iterable[Field] = ()) -> Schema:
+    """The JSON Schema (draft 2020-12) of a kind of file. `shared`: values that are described once, under their names;
+    those that it uses are in it.
+    """
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": f"urn:llfsm-verify:{name}"}
-    return {**head, "title": title, **table.schema()}
+    found: Schema = {**head, "title": title, **table.schema()}
+    known = {one.name: one.schema() for one in shared}
+    used = list(_references(found))
+    for reference in used:
+        used += [other for other in _references(known[reference]) if other not in used]
+    definitions = {key: part for key, part in known.items() if key in used}
+    return {**found, "$defs": definitions} if definitions else found
 
 
 def rows(fields: Iterable[Field]) -> list[str]:
     """The rows of a page for these fields, in Markdown."""
     return [f"| `{one.name}` | {one.about} |" for one in fields]
+
+
+def _references(part: object) -> Iterator[str]:
+    """The names of shared values in a schema."""
+    if isinstance(part, dict):
+        if "$ref" in part:
+            yield part["$ref"].rsplit("/", 1)[1]
+        part = list(part.values())
+    if isinstance(part, list):
+        for item in part:
+            yield from _references(item)
+
+
+def _or_null(kind: str, value: ByName | Several) -> str | list[str]:
+    return [kind, "null"] if value.empty else kind
 
 
 def _sentence(text: str) -> str:

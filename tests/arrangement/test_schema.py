@@ -1,7 +1,11 @@
-"""The published schemas accept what the loader accepts, refuse what they can, and know the same keys."""
+"""The published schemas accept what the loader accepts, and refuse what they can."""
 
 from __future__ import annotations
 
+import copy
+import random
+import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +13,10 @@ import jsonschema
 import pytest
 import yaml
 
-from llfsm_verify.arrangement import keys, model
-from llfsm_verify.arrangement.resolve import access, timing, whiteboard
-from llfsm_verify.arrangement.schema import load
+from llfsm_verify.arrangement import build_arrangement, keys
+from llfsm_verify.arrangement.keys import schema as load
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.yaml.tables import Table
 from tests.bad_input.cases import CASES, FRAMED
 
 MODELS = sorted((Path(__file__).parents[2] / "models").rglob("*.yaml"))
@@ -39,40 +44,18 @@ def test_there_are_models() -> None:
     assert len(MODELS) >= 4
 
 
-def test_keys_are_those_of_the_loader() -> None:
-    arrangement: Any = load("arrangement")
-    machine: Any = load("machine")
-    definitions = arrangement["$defs"]
-    assert tuple(arrangement["properties"]) == keys.ARRANGEMENT_KEYS
-    assert tuple(definitions["instance"]["properties"]) == keys.INSTANCE_KEYS
-    assert tuple(machine["properties"]) == keys.MACHINE_KEYS
-    assert tuple(definitions["machine"]["properties"]) == keys.MACHINE_KEYS
-    assert tuple(definitions["state"]["properties"]) == keys.STATE_KEYS
-    assert tuple(definitions["transition"]["properties"]) == keys.TRANSITION_KEYS
-    assert tuple(definitions["variable"]["properties"]) == keys.VARIABLE_KEYS
-    board = arrangement["properties"]["whiteboard"]["additionalProperties"]["properties"]
-    assert tuple(board) == keys.WHITEBOARD_KEYS
-    assert tuple(board["role"]["enum"]) == whiteboard.ROLES
-    assert tuple(board["changes"]["enum"]) == whiteboard.CHANGES
-    named, changed = arrangement["properties"]["profile"]["anyOf"]
-    assert tuple(named["enum"]) == tuple(model.PROFILES)
-    assert tuple(changed["properties"]) == timing.PROFILE_KEYS
-    assert tuple(changed["properties"]["snapshot"]["enum"]) == timing.SNAPSHOTS
-
-
 def test_a_policy_is_the_same_in_a_file_of_its_own() -> None:
     arrangement: Any = load("arrangement")
     policy: Any = load("policy")
-    inner = arrangement["$defs"]["policy"]["properties"]
-    assert policy["properties"] == {"format": arrangement["properties"]["format"], **inner}
-    assert tuple(inner) == access.KEYS
-    assert policy["$defs"]["name"] == arrangement["$defs"]["name"]
+    here, named = arrangement["properties"]["access"]["oneOf"]
+    assert policy["properties"] == {"format": arrangement["properties"]["format"], **here["properties"]}
+    assert policy["$defs"] == {"name": arrangement["$defs"]["name"]} and tuple(named["properties"]) == ("file",)
 
 
 def test_every_part_is_described() -> None:
     def walk(part: Any, name: str) -> None:
         for key, value in part.get("properties", {}).items():
-            assert "description" in value or "$ref" in value, f"{name}.{key}"
+            assert "description" in value, f"{name}.{key}"
             walk(value, f"{name}.{key}")
 
     for schema in (load("arrangement"), load("machine")):
@@ -80,6 +63,18 @@ def test_every_part_is_described() -> None:
         for key, value in schema["$defs"].items():  # type: ignore[attr-defined]
             assert "description" in value, key
             walk(value, key)
+
+
+def test_the_pages_name_every_key() -> None:
+    code = re.compile(r"^```.*?^```|`[^`]*`", re.MULTILINE | re.DOTALL)
+    named = {
+        word
+        for page in ("docs/files.md", "docs/semantics.md")
+        for part in code.findall(Path(page).read_text("utf-8"))
+        for word in re.findall(r"\w+", part)
+    }
+    tables = [table for table in vars(keys).values() if isinstance(table, Table)]
+    assert len(tables) > 10 and [key for table in tables for key in table.keys if key not in named] == []
 
 
 STRUCTURAL = {"E030", "E033", "E034", "E035", "E060", "E074", "E080", "E084"}
@@ -93,3 +88,114 @@ def test_wrong_structure_is_refused(case: Any) -> None:
 
 def test_the_frame_of_the_wrong_ones_is_right() -> None:
     validator("arrangement").validate(yaml.load(FRAMED(), Loader=yaml.BaseLoader))
+
+
+# ---------------------------------------------------------------- random documents
+
+WHOLE = """
+name: whole
+profile: {base: clfsm, snapshot: cycle, self_transition_restarts_clock: true, restart_enters_initial: false,
+  commands: next_turn}
+observe: cycle
+cycle_ms: 10
+finished: keep
+fairness: none
+types: {Colour: [RED, GREEN], Tenth: {decimal: 0.1, range: 0.0..1.0},
+  Pair: {record: {x: int8, y: {array: bool, size: 2}}}}
+tables: {sine: [1, 2, 3]}
+whiteboard:
+  car: {type: bool, init: false, role: input, lint: {L021: so}}
+  out: {type: Colour, init: RED, role: output, safe: RED}
+  free: {type: 0..3, init: 1, role: input, changes: never}
+  pair: {type: Pair, init: {x: 1, y: [true, false]}, role: shared}
+machines:
+  a:
+    inline:
+      machine: A
+      parameters: {shown: {whiteboard: Colour}, other: machine, most: {constant: 0..9}}
+      variables: {n: {type: uint8, init: 0, lint: {L010: so}}}
+      initial: ONE
+      suspend: ASIDE
+      states:
+        - name: ONE
+          variables: {m: {type: bool, init: true}}
+          on_entry: shown = RED;
+          on_exit: n = 1;
+          internal: n = 2;
+          on_suspend: n = 3;
+          on_resume: n = 4;
+          transitions: [{when: other@UP, to: TWO, lint: {L001: so}}, {when: after(3), to: ASIDE}]
+          lint: {L002: so}
+        - {name: TWO, stays: true, runs: [inner]}
+        - {name: ASIDE, transitions: [{when: n > most, to: ONE}]}
+      lint: {L003: so}
+    parameters: {shown: out, other: b, most: 3}
+    suspended: true
+    on_fault: unload
+    model: false
+  b: {inline: {machine: B, states: [{name: UP}]}}
+  inner: {inline: {machine: Inner, states: [{name: UP, stays: true}]}}
+environment:
+  inline: {machine: Env, parameters: {p: {whiteboard: bool}}, states: [{name: S, internal: "p = choose(bool);"}]}
+  parameters: {p: car}
+schedule: [a, inner]
+pool: [b]
+operators: {suspend: [a], resume: [a], restart: [a], load: [b], unload: [b], load_suspended: [b],
+  write: [out], replace: [b], policy: [alice]}
+access: {levels: [low, high], machines: {a: high}, write: {out: high}, command: {b: high},
+  users: {alice: high}, on_violation: refuse}
+lint: {L003: so}
+"""
+"""An arrangement with every key but those that exclude others."""
+INSTEAD: list[Any] = ["", "true", "7", "A", "no name", "-", [], ["A", "A"], {}, {"A": "b"}]
+
+
+def places(part: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    if path:
+        yield path
+    for key, value in part.items() if isinstance(part, dict) else enumerate(part) if isinstance(part, list) else ():
+        yield from places(value, (*path, key))
+
+
+def mutated(document: Any, rng: random.Random) -> Any:
+    """The document with one part taken out, replaced or added."""
+    found = copy.deepcopy(document)
+    all_places = list(places(found))
+    *path, key = rng.choice(all_places)
+    owner = found
+    for step in path:
+        owner = owner[step]
+    edit = rng.randrange(3)
+    if edit == 0:
+        del owner[key]
+    elif edit == 1:
+        owner[key] = rng.choice(INSTEAD)
+    elif isinstance(owner, list):
+        owner.append(rng.choice(INSTEAD))
+    else:
+        owner[rng.choice(["knob", *(place[-1] for place in all_places if isinstance(place[-1], str))])] = rng.choice(
+            INSTEAD
+        )
+    return found
+
+
+@pytest.mark.slow
+def test_reader_and_schema_agree_on_random_documents() -> None:
+    """What the loader takes the schema takes, and what is wrong in structure it refuses."""
+    document = yaml.load(WHOLE, Loader=yaml.BaseLoader)
+    build_arrangement(document)
+    schema, rng = validator("arrangement"), random.Random(7)
+    taken = refused = 0
+    for _ in range(400):
+        found = mutated(document, rng)
+        try:
+            build_arrangement(found)
+        except DiagnosticError as error:
+            codes = {d.code for d in error.diagnostics}
+            if codes & {*STRUCTURAL, "E031"}:
+                refused += 1
+                assert not schema.is_valid(found), (codes, found)
+        else:
+            taken += 1
+            schema.validate(found)
+    assert taken > 50 and refused > 100

@@ -8,7 +8,7 @@ import jsonschema
 import pytest
 import yaml
 
-from llfsm_verify.arrangement.schema import load as schema
+from llfsm_verify.arrangement.keys import schema
 from llfsm_verify.monitoring.json import MonitorTable
 from llfsm_verify.monitoring.states import MonitorVerdict
 from tests.cli.running import COUNTER, LIGHTS, llfsm

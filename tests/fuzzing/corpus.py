@@ -16,6 +16,7 @@ import hypothesis
 import yaml
 from hypothesis import HealthCheck, Phase, settings
 
+from llfsm_verify.arrangement.keys import schema
 from llfsm_verify.testing.arrangements import arrangements
 from tests.bad_input.cases import CASES, FRAMED
 from tests.bad_input.property_cases import BOARD_OF_PROPERTIES, PROPERTY_CASES
@@ -215,8 +216,7 @@ def _atoms(text: str) -> tuple[str, ...]:
 def _words(folders: tuple[Folder, ...]) -> tuple[str, ...]:
     """Words of the languages: those of the schemas, those of the project's files, and a list by hand."""
     found = set(LANGUAGE)
-    for path in (ROOT / "llfsm_verify/arrangement/schema").glob("*.json"):
-        found |= set(re.findall(r'"([a-z_]+)"', path.read_text("utf-8")))
+    found |= set(re.findall(r'"([a-z_]+)"', json.dumps(schema("arrangement"))))
     for folder in folders:
         for text in folder.files.values():
             found |= set(re.findall(r"\w+", text)) if len(text) < 3_000 else set()

@@ -24,28 +24,31 @@ from llfsm_verify.arrangement.draft import (
 )  # fmt: skip
 from llfsm_verify.arrangement.formats.reading import Reading
 from llfsm_verify.arrangement.keys import (
-    ARRANGEMENT_KEYS,
-    ENVIRONMENT_KEYS,
-    INSTANCE_KEYS,
-    MACHINE_KEYS,
-    STATE_KEYS,
-    TRANSITION_KEYS,
-    VARIABLE_KEYS,
-    WHITEBOARD_KEYS,
-)  # fmt: skip
+    ARRANGEMENT,
+    ENVIRONMENT,
+    INSTANCE,
+    MACHINE,
+    PARAMETER,
+    POLICY_FILE,
+    STATE,
+    TRANSITION,
+    VARIABLE,
+    WHITEBOARD,
+)
 from llfsm_verify.arrangement.model import ACTION_KINDS, ActionKind
 from llfsm_verify.arrangement.suppressions import KEY
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.yaml.fields import Report, is_name
 from llfsm_verify.yaml.nodes import Mapping, Node, Scalar, Sequence, mark
+from llfsm_verify.yaml.tables import Table
 
 
 def draft_arrangement(reading: Reading, root: Node, name: str) -> ArrangementDraft | Unreadable:
     """The arrangement that the document `root` describes; `name` is its name where it gives itself none."""
     if not reading.can_read(root, "the arrangement"):
         return UNREADABLE
-    fields = reading.fields(root, "an arrangement", ARRANGEMENT_KEYS)
+    fields = reading.fields(root, "an arrangement", ARRANGEMENT.keys)
     if fields is None:
         return UNREADABLE
     top = Span(root.span.source, root.span.start, root.span.start + 1)
@@ -74,7 +77,7 @@ def draft_machine(report: Report, root: Node) -> MachineDraft | Unreadable:
     """The machine that the document `root` describes."""
     if not report.can_read(root, "the machine"):
         return UNREADABLE
-    fields = report.fields(root, "a machine", MACHINE_KEYS, ("machine", "states"))
+    fields = report.fields(root, "a machine", MACHINE.keys, MACHINE.required)
     if fields is None:
         return UNREADABLE
     return MachineDraft(
@@ -100,7 +103,7 @@ def _entries(report: Report, node: Node | None, what: str) -> tuple[Entry, ...]:
 def _whiteboard(report: Report, node: Node | None) -> tuple[WhiteboardDraft, ...]:
     found: list[WhiteboardDraft] = []
     for key, value in _entries(report, node, "`whiteboard`"):
-        fields = _declaration(report, key, value, "whiteboard variable", WHITEBOARD_KEYS)
+        fields = _declaration(report, key, value, "whiteboard variable", WHITEBOARD)
         if fields is None:
             found.append(WhiteboardDraft(key, UNREADABLE))
             continue
@@ -132,21 +135,21 @@ def _environment(reading: Reading, root: Node, node: Node | None) -> InstanceDra
     if node is None or not isinstance(root, Mapping):
         return None
     key = next(k for k, value in root.items if value is node)
-    return _instance(reading, key, node, "the `environment`", ENVIRONMENT_KEYS)
+    return _instance(reading, key, node, "the `environment`", ENVIRONMENT)
 
 
 def _access(reading: Reading, node: Node | None) -> Node | Unreadable | None:
     """What the key `access` says, here or in a file."""
     if not isinstance(node, Mapping) or all(key.text != "file" for key, _ in node.items):
         return node
-    fields = reading.fields(node, "`access` in a file", ("file",))
+    fields = reading.fields(node, "`access` in a file", POLICY_FILE.keys)
     file = None if fields is None else reading.scalar(fields["file"], "`file`")
     found = None if file is None else reading.policy(file)
     return UNREADABLE if found is None else found
 
 
 def _instance(
-    reading: Reading, key: Scalar, node: Node, what: str | None = None, keys: tuple[str, ...] = INSTANCE_KEYS
+    reading: Reading, key: Scalar, node: Node, what: str | None = None, table: Table = INSTANCE
 ) -> InstanceDraft:
     what = what or f"machine `{key.text}`"
     if isinstance(node, Scalar) and is_name(key):
@@ -157,7 +160,7 @@ def _instance(
         hint = "write `inline:` above them, and indent them by more"
         reading.error("E060", f"{what} has the keys of a machine", key.span, hint)
         return InstanceDraft(key, UNREADABLE)
-    fields = reading.fields(node, what, keys) if is_name(key) else None
+    fields = reading.fields(node, what, table.keys) if is_name(key) else None
     if fields is None:
         return InstanceDraft(key, UNREADABLE)
     if ("file" in fields) == ("inline" in fields):
@@ -229,7 +232,7 @@ def _parameter(report: Report, key: Scalar, node: Node) -> ParameterDraft:
         message = f"parameter `{key.text}` is not a machine and has no type"
         report.error("E065", message, mark(node), shape)
         return unreadable
-    fields = report.fields(node, f"parameter `{key.text}`", ("whiteboard", "constant"))
+    fields = report.fields(node, f"parameter `{key.text}`", PARAMETER.keys)
     if fields is None:
         return unreadable
     if len(fields) != 1:
@@ -240,14 +243,14 @@ def _parameter(report: Report, key: Scalar, node: Node) -> ParameterDraft:
     return ParameterDraft(key, "whiteboard", fields["whiteboard"])
 
 
-def _declaration(report: Report, key: Scalar, value: Node, what: str, keys: tuple[str, ...]) -> dict[str, Node] | None:
+def _declaration(report: Report, key: Scalar, value: Node, what: str, table: Table) -> dict[str, Node] | None:
     """What a variable is declared with."""
     what = f"{what} `{key.text[:60]}`"
     if isinstance(value, Scalar) and value.text.strip():
-        hint = f"write `{key.text[:60]}: {{{_declared(value.text[:60], keys)}}}`"
+        hint = f"write `{key.text[:60]}: {{{_declared(value.text[:60], table.keys)}}}`"
         report.error("E030", f"{what} must be a mapping (`key: value`)", mark(value), hint)
         return None
-    return report.fields(value, what, keys, ("type",))
+    return report.fields(value, what, table.keys, table.required)
 
 
 _DECLARED = re.compile(r"(?:(input|output)\s+)?(.*?)(?:[\s,]+(input|output))?(?:\s*=\s*([^\s=;]+))?[;,]?")
@@ -265,7 +268,7 @@ def _declared(text: str, keys: tuple[str, ...]) -> str:
 def _variables(report: Report, node: Node | None) -> tuple[VariableDraft, ...]:
     found: list[VariableDraft] = []
     for key, value in _entries(report, node, "`variables`"):
-        fields = _declaration(report, key, value, "variable", VARIABLE_KEYS)
+        fields = _declaration(report, key, value, "variable", VARIABLE)
         if fields is None:
             found.append(VariableDraft(key, UNREADABLE))
         else:
@@ -283,12 +286,12 @@ def _states(report: Report, node: Node) -> tuple[StateDraft, ...] | Unreadable:
         if isinstance(item, Mapping) and item.items and "name" not in {k.text for k, _ in item.items}:
             key, value = item.items[0]
             empty = isinstance(value, Mapping) or (isinstance(value, Scalar) and not value.text)
-            if empty and is_name(key) and key.text not in STATE_KEYS:
+            if empty and is_name(key) and key.text not in STATE.keys:
                 hint = f"write `- name: {key.text[:60]}`, and its other keys right below `name`"
                 report.error("E034", "a state has no `name`", mark(key), hint)
                 found.append(StateDraft(key))
                 continue
-        fields = report.fields(item, "a state", STATE_KEYS, ("name",))
+        fields = report.fields(item, "a state", STATE.keys, STATE.required)
         if fields is None:
             continue
         name = fields["name"]
@@ -318,7 +321,7 @@ def _transitions(report: Report, node: Node | None) -> tuple[TransitionDraft, ..
     sequence = report.sequence(node, "`transitions`")
     found: list[TransitionDraft] = []
     for item in sequence.items if sequence else ():
-        fields = report.fields(item, "a transition", TRANSITION_KEYS, ("when", "to"))
+        fields = report.fields(item, "a transition", TRANSITION.keys, TRANSITION.required)
         if fields is not None:
             guard = _text(report, fields["when"], "when")
             found.append(TransitionDraft(guard, fields["to"], _lint(fields, item)))

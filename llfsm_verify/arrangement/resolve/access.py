@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping
 
+from llfsm_verify.arrangement import keys
 from llfsm_verify.arrangement.access import Access
 from llfsm_verify.arrangement.model import POLICY, Machine, Operator, WhiteboardVariable
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, mark
-
-KEYS = ("levels", "machines", "write", "command", "users", "on_violation")
 
 
 def resolve_access(
@@ -21,7 +20,7 @@ def resolve_access(
     """What the key `access` says; None where it is not there, or wrong in a way that leaves no levels. `broken`: names
     whose declarations are wrong.
     """
-    fields = None if node is None else report.fields(node, "`access`", KEYS, ("levels",))
+    fields = None if node is None else report.fields(node, "`access`", keys.POLICY.keys, keys.POLICY.required)
     sequence = None if fields is None else report.sequence(fields["levels"], "`levels`")
     if fields is None or sequence is None:
         return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import Literal, cast
+from typing import cast, get_args
 
 from llfsm_verify.arrangement.access import Access
 from llfsm_verify.arrangement.draft import (
@@ -23,7 +23,11 @@ from llfsm_verify.arrangement.model import (
     POLICY,
     REPLACE,
     Arrangement,
+    Fairness,
+    Finished,
     Machine,
+    Observe,
+    OnFault,
     Operator,
     Process,
     Profile,
@@ -51,6 +55,7 @@ from llfsm_verify.language.types import EnumType
 from llfsm_verify.packing import PackingError, pack
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Mapping, mark
+from llfsm_verify.yaml.tables import TRUTHS
 
 MAX_DIAGNOSTICS = 50
 WORTH_KEEPING = 50_000
@@ -171,13 +176,13 @@ class _Resolver:
             path=path,
             digest=digest,
             profile=self.profile,
-            observe=cast('Literal["ringlet", "cycle"]', self.observe),
+            observe=cast(Observe, self.observe),
             timing="timed" if timed else "untimed",
             cycle_ms=period,
-            finished=cast('Literal["leave", "keep"]', choice(draft.finished, "`finished`", ("leave", "keep"), "leave")),
+            finished=cast(Finished, choice(draft.finished, "`finished`", get_args(Finished), "leave")),
             fairness=cast(
-                'Literal["processes", "none"]',
-                choice(draft.fairness, "`fairness`", ("processes", "none"), "processes"),
+                Fairness,
+                choice(draft.fairness, "`fairness`", get_args(Fairness), "processes"),
             ),
             types=self.types.types,
             enumerations=tuple(dict.fromkeys(t for t in self.types.types.values() if isinstance(t, EnumType))),
@@ -233,7 +238,7 @@ class _Resolver:
             hint = "several processes have no common cycle that it could begin: use one process"
             message = "a model of the surroundings needs a single process"
             report.error("E086", message, draft.environment.name.span, hint)
-        self.observe = report.choice(draft.observe, "`observe`", ("ringlet", "cycle"), "ringlet")
+        self.observe = report.choice(draft.observe, "`observe`", get_args(Observe), "ringlet")
         if self.observe == "cycle" and draft.observe is not None and several:
             hint = "several processes have no common cycle: write `observe: ringlet`"
             report.error("E085", "`observe: cycle` needs a single process", mark(draft.observe), hint)
@@ -330,9 +335,9 @@ class _Resolver:
     def _instance(self, draft: InstanceDraft, *, surroundings: bool = False) -> InstanceText | None:
         name = self.report.name(draft.name, "the name of a machine")
         text = None if isinstance(draft.machine, Unreadable) else self._machine(draft.machine)
-        suspended = self.report.choice(draft.suspended, "`suspended`", ("true", "false"), "false") == "true"
-        model = self.report.choice(draft.model, "`model`", ("true", "false"), "false") == "true"
-        on_fault = self.report.choice(draft.on_fault, "`on_fault`", ("end", "unload"), "end")
+        suspended = self.report.choice(draft.suspended, "`suspended`", TRUTHS, "false") == "true"
+        model = self.report.choice(draft.model, "`model`", TRUTHS, "false") == "true"
+        on_fault = self.report.choice(draft.on_fault, "`on_fault`", get_args(OnFault), "end")
         self.report.distinct(argument for argument, _ in draft.arguments)
         if name is None or text is None:
             return None
@@ -352,7 +357,7 @@ class _Resolver:
             draft.name.span,
             model,
             surroundings,
-            cast('Literal["end", "unload"]', on_fault),
+            cast(OnFault, on_fault),
         )
 
     def _machine(self, draft: MachineDraft) -> MachineText | None:

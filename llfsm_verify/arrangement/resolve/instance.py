@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal
 
-from llfsm_verify.arrangement.model import Machine, State, Transition
+from llfsm_verify.arrangement.model import Machine, OnFault, State, Transition
 from llfsm_verify.arrangement.resolve.initial import read_constant, read_value
 from llfsm_verify.arrangement.resolve.machine import MachineText, ParameterText, StateText, VariableText
 from llfsm_verify.arrangement.resolve.nesting import resolve_runs
@@ -32,7 +31,7 @@ class InstanceText:
     """It may choose."""
     surroundings: bool = False
     """It is the model of the surroundings."""
-    on_fault: Literal["end", "unload"] = "end"
+    on_fault: OnFault = "end"
 
     def signature(self) -> MachineSignature:
         return MachineSignature(self.name, tuple(s.name for s in self.text.states), self.text.suspend)

@@ -24,6 +24,7 @@ from llfsm_verify.language.syntax import ParsedActions, ParsedExpression
 from llfsm_verify.language.types import Type
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, Scalar, mark
+from llfsm_verify.yaml.tables import TRUTHS
 
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
@@ -211,7 +212,7 @@ class MachineResolver:
         return tuple(found)
 
     def _stays(self, draft: StateDraft) -> bool:
-        stays = self.report.choice(draft.stays, "`stays`", ("true", "false"), "false") == "true"
+        stays = self.report.choice(draft.stays, "`stays`", TRUTHS, "false") == "true"
         if stays and draft.transitions and draft.stays is not None:
             message = "a machine stays in a state with transitions anyway, until one of them fires"
             self.report.error("E075", message, mark(draft.stays), "remove `stays`, or the transitions")

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Mapping
 from typing import cast
 
-from llfsm_verify.arrangement.model import POLICY, REPLACE, Machine, Operator, OperatorKind, WhiteboardVariable
+from llfsm_verify.arrangement.keys import OPERATORS
+from llfsm_verify.arrangement.model import POLICY, Machine, Operator, OperatorKind, WhiteboardVariable
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.language.types import ArrayType, IntType, RecordType
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, mark
-
-KINDS = ("suspend", "resume", "restart", "load", "unload", "load_suspended", "write", REPLACE, POLICY)
 
 
 def resolve_operators(
@@ -19,7 +18,7 @@ def resolve_operators(
     broken: Container[str] = (),
 ) -> tuple[Operator, ...]:  # fmt: skip
     """What the key `operators` allows, in its order. `broken`: names whose declarations are wrong."""
-    fields = None if node is None else report.fields(node, "`operators`", KINDS)
+    fields = None if node is None else report.fields(node, "`operators`", OPERATORS.keys)
     found: list[Operator] = []
     variables = {w.variable.name: w for w in whiteboard}
     for kind, value in (fields or {}).items():

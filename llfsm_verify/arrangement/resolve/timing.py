@@ -7,14 +7,16 @@ from collections.abc import Iterable
 from dataclasses import replace
 from fractions import Fraction
 from math import floor
-from typing import Literal, cast
+from typing import cast, get_args
 
-from llfsm_verify.arrangement.model import PROFILES, Profile
+from llfsm_verify.arrangement.keys import PROFILE
+from llfsm_verify.arrangement.model import PROFILES, Commands, Profile, Snapshot, Timing
 from llfsm_verify.language.constants import longest
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import After
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, Scalar, mark
+from llfsm_verify.yaml.tables import TRUTHS
 
 MAX_TICKS = 1 << 20
 _PERIOD = re.compile(r"[0-9]{1,12}(\.[0-9]{1,12})?\Z")
@@ -22,7 +24,7 @@ _PERIOD = re.compile(r"[0-9]{1,12}(\.[0-9]{1,12})?\Z")
 
 def resolve_timing(report: Report, timing: Node | None, cycle_ms: Node | None) -> tuple[bool, Fraction | None]:
     """Whether the arrangement is timed, and the milliseconds of a cycle if they are given."""
-    untimed = report.choice(timing, "`timing`", ("timed", "untimed"), "timed") == "untimed"
+    untimed = report.choice(timing, "`timing`", get_args(Timing), "timed") == "untimed"
     period: Fraction | None = None
     if cycle_ms is not None:
         scalar = report.scalar(cycle_ms, "`cycle_ms`")
@@ -71,24 +73,18 @@ def _ms(value: Fraction) -> str:
 # ---- The profile: one of the published systems by name, with single choices overridden
 
 
-PROFILE_KEYS = ("base", "snapshot", "self_transition_restarts_clock", "restart_enters_initial", "commands")
-SNAPSHOTS = ("none", "ringlet", "after_entry", "cycle")
-COMMANDS = ("next_turn", "end_of_ringlet")
-TRUTH = ("true", "false")
-
-
 def resolve_profile(report: Report, node: Node | None) -> Profile:
     """`node` is absent, the name of a profile, or a mapping of a `base` and what differs from it."""
     if node is None or isinstance(node, Scalar):
         return PROFILES[report.choice(node, "`profile`", tuple(PROFILES), "llfsm")]
-    fields = report.fields(node, "a profile", PROFILE_KEYS) or {}
+    fields = report.fields(node, "a profile", PROFILE.keys) or {}
     base = PROFILES[report.choice(fields.get("base"), "`base`", tuple(PROFILES), "llfsm")]
-    snapshot = report.choice(fields.get("snapshot"), "`snapshot`", SNAPSHOTS, base.snapshot)
-    commands = report.choice(fields.get("commands"), "`commands`", COMMANDS, base.commands)
+    snapshot = report.choice(fields.get("snapshot"), "`snapshot`", get_args(Snapshot), base.snapshot)
+    commands = report.choice(fields.get("commands"), "`commands`", get_args(Commands), base.commands)
     return replace(
         base,
-        snapshot=cast('Literal["none", "ringlet", "after_entry", "cycle"]', snapshot),
-        commands=cast('Literal["next_turn", "end_of_ringlet"]', commands),
+        snapshot=cast(Snapshot, snapshot),
+        commands=cast(Commands, commands),
         self_transition_restarts_clock=_truth(
             report, fields, "self_transition_restarts_clock", base.self_transition_restarts_clock
         ),
@@ -97,4 +93,4 @@ def resolve_profile(report: Report, node: Node | None) -> Profile:
 
 
 def _truth(report: Report, fields: dict[str, Node], key: str, default: bool) -> bool:
-    return report.choice(fields.get(key), f"`{key}`", TRUTH, TRUTH[0] if default else TRUTH[1]) == "true"
+    return report.choice(fields.get(key), f"`{key}`", TRUTHS, TRUTHS[0] if default else TRUTHS[1]) == "true"

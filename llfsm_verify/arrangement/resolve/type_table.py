@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from fractions import Fraction
 
 from llfsm_verify.arrangement.draft import Entry
+from llfsm_verify.arrangement.keys import ARRAY, DECIMAL, RECORD
 from llfsm_verify.arrangement.model import DeclaredType
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import DECIMAL_NAMES, DECIMAL_TYPE, TYPE_NAMES, did_you_mean
@@ -162,10 +163,10 @@ class TypeTable:
     def _compound(self, node: Mapping, depth: int) -> Type | None:
         keys = {key.text for key, _ in node.items}
         if "record" in keys:
-            fields = self.report.fields(node, "a record type", ("record",))
+            fields = self.report.fields(node, "a record type", RECORD.keys)
             return None if fields is None else self._record(fields["record"], depth)
         if keys & {"decimal", "range"}:
-            fields = self.report.fields(node, "a decimal type", ("decimal", "range"), ("decimal", "range"))
+            fields = self.report.fields(node, "a decimal type", DECIMAL.keys, DECIMAL.required)
             return None if fields is None else self._decimal(fields["decimal"], fields["range"])
         if keys and not keys & {"array", "size"}:
             known = "`{array: TYPE, size: N}`, `{record: {x: TYPE}}` or `{decimal: 0.01, range: -1.0..1.0}`"
@@ -177,7 +178,7 @@ class TypeTable:
                 known = f"`[{listed}]` for an enumeration"
             self.report.error("E042", "this is not a type", mark(node), f"write {known}")
             return None
-        fields = self.report.fields(node, "an array type", ("array", "size"), ("array", "size"))
+        fields = self.report.fields(node, "an array type", ARRAY.keys, ARRAY.required)
         if fields is None:
             return None
         element = self.read(fields["array"], "the type of the elements", depth + 1)

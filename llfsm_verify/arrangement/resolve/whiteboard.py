@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Literal, cast
+from typing import cast, get_args
 
 from llfsm_verify.arrangement.draft import Unreadable, WhiteboardDraft
-from llfsm_verify.arrangement.model import Suppression, WhiteboardVariable
+from llfsm_verify.arrangement.model import Changes, Role, Suppression, WhiteboardVariable
 from llfsm_verify.arrangement.resolve.initial import read_value
 from llfsm_verify.arrangement.resolve.type_table import TypeTable
 from llfsm_verify.arrangement.suppressions import resolve_suppressions
@@ -14,9 +14,6 @@ from llfsm_verify.language.scope import STEP_WORDS, Scope
 from llfsm_verify.language.typed import Variable
 from llfsm_verify.language.types import default_value, has_int
 from llfsm_verify.yaml.fields import Report
-
-ROLES = ("input", "output", "shared")
-CHANGES = ("step", "cycle", "never")
 
 
 def resolve_whiteboard(
@@ -42,8 +39,8 @@ def resolve_whiteboard(
         if name in scope.enumerators:
             message = f"`{name}` is a value of the enumeration {scope.enumerators[name][0]}"
             report.error("E118", message, draft.name.span, "choose another name")
-        role = report.choice(draft.role, "`role`", ROLES, "shared")
-        changes = report.choice(draft.changes, "`changes`", CHANGES, "step")
+        role = report.choice(draft.role, "`role`", get_args(Role), "shared")
+        changes = report.choice(draft.changes, "`changes`", get_args(Changes), "step")
         if draft.changes is not None and role != "input":
             report.error("E055", "only an input `changes` by itself", draft.changes.span, "write `role: input`")
         if role == "input" and has_int(kind):
@@ -67,8 +64,8 @@ def resolve_whiteboard(
         found.append(
             WhiteboardVariable(
                 variable,
-                cast('Literal["input", "output", "shared"]', role),
-                cast('Literal["step", "cycle", "never"]', changes),
+                cast(Role, role),
+                cast(Changes, changes),
                 role == "input" and changes == "never" and draft.init is None,
                 safe=safe,
             )

@@ -27,7 +27,7 @@ def load(name: str) -> dict[str, object]:
     return schema
 
 
-_WRITTEN_BY_PEOPLE, _WRITTEN_BY_US = "llfsm_verify.arrangement.schema:load", "llfsm_verify.report.schema:load"
+_WRITTEN_BY_PEOPLE, _WRITTEN_BY_US = "llfsm_verify.arrangement.keys:schema", "llfsm_verify.report.schema:load"
 SCHEMAS: Registry[Callable[[str], dict[str, object]]] = Registry(
     "schema",
     [
