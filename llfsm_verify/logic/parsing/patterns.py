@@ -2,34 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from functools import cache
+from typing import NamedTuple, cast
 
-from llfsm_verify.diagnostics import DiagnosticError, Fragment, Span
+from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source, Span
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import TimeBound, time_bound
-from llfsm_verify.logic.formula import Formula
+from llfsm_verify.logic.formula import TIMED, Formula, Op, apply, negation, postorder
 from llfsm_verify.logic.parsing.bounds import milliseconds, spelt
-from llfsm_verify.logic.parsing.formulas import Parsed, parse_words, refuse_initially
+from llfsm_verify.logic.parsing.formulas import Parsed, parse_formula, parse_words, refuse_initially
 from llfsm_verify.logic.parsing.tokens import CLOSING, ENDS_OPERAND, OPENING
 from llfsm_verify.logic.parsing.words import Words
-from llfsm_verify.logic.patterns import (
-    SIMPLE,
-    Scope,
-    precedence,
-    precedence_1_2,
-    precedence_2_1,
-    response,
-    response_1_2,
-    response_2_1,
-)
+from llfsm_verify.logic.patterns import PATTERNS, SCOPES, SIMPLE
 
 _SCOPE_HINT = "the scopes are `globally`, `before R`, `after Q`, `between Q and R` and `after Q until R`"
 _SCOPES = ("globally", "before", "after", "between")
 _CHAIN_HINT = "write `s, t precede p`, `p precedes s, t`, `s, t respond to p` or `p responds to s, t`"
-_Single = Callable[[Formula, Formula, Scope], Formula]
-_Chain = Callable[[Formula, Formula, Formula, Scope], Formula]
+
+
+class Scope(NamedTuple):
+    """Where a pattern is to hold, one of SCOPES, with the events that open (`q`) and close (`r`) a part of a run."""
+
+    kind: str = "globally"
+    events: Mapping[str, Formula] = {}
 
 
 class Pattern(NamedTuple):
@@ -80,25 +77,23 @@ class _Reader:
         start = 1 if self._is(0, "bounded") else 0
         if self._is(start, "absence", "existence", "universality") and self._is(start + 1, "of"):
             name = " ".join(t.text for t in self.tokens[: start + 1])
-            make = SIMPLE.get(name)
-            if make is None:
+            if name not in SIMPLE:
                 message = f"there is no pattern `{name}`"
                 raise self.words.error(codes.PATTERN, message, 0, start, f"the patterns are {', '.join(SIMPLE)}")
-            return self._of_one(make, start + 2)
+            scope, end = self._scope(start + 2)
+            return _instance(name, scope, p=self._operand(start + 2, end, start + 1))
         for i in range(1, len(self.tokens)):
             if self._separates(i, "precedes", "precede"):
-                return self._of_several(i, i, i + 1, precedence, precedence_2_1, precedence_1_2)
+                return self._of_several(i, i, i + 1, "s precedes p", "s, t precede p", "p precedes s, t")
             if self._separates(i, "responds", "respond") and self._is(i + 1, "to"):
                 if any(self._is(k, ",") for k in range(len(self.tokens))):
-                    return self._of_several(i, i + 1, i + 2, response, response_1_2, response_2_1)
+                    return self._of_several(
+                        i, i + 1, i + 2, "s responds to p", "s, t respond to p", "p responds to s, t"
+                    )
                 return self._response(i)
         return None
 
-    def _of_one(self, make: Callable[[Formula, Scope], Formula], start: int) -> Formula:
-        scope, end = self._scope(start)
-        return make(self._operand(start, end, start - 1), scope)
-
-    def _of_several(self, i: int, word: int, right: int, single: _Single, first: _Chain, second: _Chain) -> Formula:
+    def _of_several(self, i: int, word: int, right: int, single: str, first: str, second: str) -> Formula:
         """The pattern with the words `i` to `word` between its events: `single`, or `first` with two events before
         them, or `second` with two after."""
         scope, end = self._scope(right)
@@ -113,12 +108,12 @@ class _Reader:
             raise self.words.error(codes.PATTERN, message, (before + after)[1], (before + after)[1], _CHAIN_HINT)
         if before:
             s, t = self._operand(0, before[0], before[0]), self._operand(before[0] + 1, i, before[0])
-            return first(s, t, self._operand(right, end, word), scope)
+            return _instance(first, scope, s=s, t=t, p=self._operand(right, end, word))
         p = self._operand(0, i, i)
         if after:
             s, t = self._operand(right, after[0], word), self._operand(after[0] + 1, end, after[0])
-            return second(s, t, p, scope)
-        return single(p, self._operand(right, end, word), scope)
+            return _instance(second, scope, s=s, t=t, p=p)
+        return _instance(single, scope, s=p, p=self._operand(right, end, word))
 
     def _response(self, i: int) -> Formula:
         bound: str | None = None
@@ -146,7 +141,8 @@ class _Reader:
             bound, rest = found, last + 1
         scope, end = self._scope(i + 2 if rest is None else rest, rest is not None)
         end = end if at is None else min(end, at)
-        return response(self._operand(0, i, i), self._operand(i + 2, end, i + 1), scope, bound)
+        s, p = self._operand(0, i, i), self._operand(i + 2, end, i + 1)
+        return _instance("s responds to p", scope, bound, s=s, p=p)
 
     def _scope(self, start: int, whole: bool = False) -> tuple[Scope, int]:
         """The scope in the words from `start`, and where it begins. `whole`: there is nothing before it."""
@@ -160,21 +156,21 @@ class _Reader:
                 raise self.words.error(codes.PATTERN, message, begin + 1, count - 1, _SCOPE_HINT)
             return Scope(), begin
         if self._is(begin, "before"):
-            return Scope("before", None, self._operand(begin + 1, count, begin)), begin
+            return Scope("before", {"r": self._operand(begin + 1, count, begin)}), begin
         if self._is(begin, "after"):
             until = next((k for k in range(begin + 1, count) if self._separates(k, "until")), None)
             first = self._operand(begin + 1, count if until is None else until, begin)
             if until is None:
-                return Scope("after", first), begin
-            return Scope("after until", first, self._operand(until + 1, count, until)), begin
+                return Scope("after", {"q": first}), begin
+            return Scope("after until", {"q": first, "r": self._operand(until + 1, count, until)}), begin
         if self._is(begin, "between"):
             joins = [k for k in range(begin + 1, count) if self._is(k, "and")]
             if len(joins) != 1:
                 message = "`between Q and R` has one `and`"
                 hint = "write `&&` for the operator, or put brackets around Q and R"
                 raise self.words.error(codes.PATTERN, message, begin, begin, hint)
-            ends = self._operand(begin + 1, joins[0], begin), self._operand(joins[0] + 1, count, joins[0])
-            return Scope("between", *ends), begin
+            q, r = self._operand(begin + 1, joins[0], begin), self._operand(joins[0] + 1, count, joins[0])
+            return Scope("between", {"q": q, "r": r}), begin
         raise self._unexpected(begin)
 
     def _unexpected(self, i: int) -> DiagnosticError:
@@ -194,3 +190,25 @@ class _Reader:
             if place.offsets[0] < known.offsets[0]:
                 self.atoms[key] = place
         return parsed.formula
+
+
+def _instance(name: str, scope: Scope, within: str | None = None, **events: Formula) -> Formula:
+    """The formula of a pattern with formulas in the place of its events, and the bound that is written after `within`
+    in the place of its own."""
+    known = {**events, **scope.events}
+    done: dict[Formula, Formula] = {}
+    pattern = _formula(PATTERNS[name][SCOPES.index(scope.kind)])
+    for node in postorder(pattern):
+        args = tuple(done[a] for a in node.args)
+        if node.op == "atom":
+            done[node] = known[node.key]
+        elif node.op in TIMED:
+            done[node] = apply(node.op, *args, bound=within) if within else apply(cast(Op, node.op[0]), *args)
+        else:
+            done[node] = negation(*args) if node.op == "not" else apply(node.op, *args)
+    return done[pattern]
+
+
+@cache
+def _formula(text: str) -> Formula:
+    return parse_formula(Fragment.whole(Source("pattern", text))).formula
