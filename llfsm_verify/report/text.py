@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic
@@ -36,6 +35,8 @@ from llfsm_verify.report.wording import (
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
+
+    from llfsm_verify.checking.proof import Proof
 
 BOUNDED = "bmc"
 """The engine that looks at runs of bounded length alone."""
