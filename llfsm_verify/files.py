@@ -72,7 +72,10 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
             os.fchmod(file.fileno(), stat.S_IMODE(path.stat().st_mode))
         yield file
         file.close()  # what is still in memory is written, or found not to fit
-        name.replace(path)
+        try:
+            name.replace(path)
+        except OSError as error:
+            raise type(error)(error.errno, error.strerror, str(path)) from None  # nobody has heard of the other name
 
 
 def _create(path: Path) -> tuple[BinaryIO, Path]:

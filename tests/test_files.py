@@ -86,6 +86,15 @@ def test_a_pipe_that_takes_the_place_of_a_file_is_not_waited_for(
             read_regular(pipe, 9)
 
 
+def test_a_folder_in_the_way_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+    path.mkdir()
+    with pytest.raises(IsADirectoryError) as caught, replacing(path) as file:
+        file.write(b"text")
+    assert (caught.value.filename, caught.value.filename2) == (str(path), None)
+    assert [p.name for p in tmp_path.iterdir()] == ["a"]
+
+
 def test_a_file_is_replaced_whole_with_its_permissions(tmp_path: Path) -> None:
     path = tmp_path / "a"
     with replacing(path) as file:

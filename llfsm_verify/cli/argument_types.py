@@ -34,16 +34,18 @@ DRAWN = "INPUT=P"
 LEAST_WIDTH = 20
 
 
-def assignments(option: str, items: Iterable[str], form: str = "INPUT=VALUE") -> dict[str, str]:
+def assignments(
+    option: str, items: Iterable[str], form: str = "INPUT=VALUE", instead: str = "leave one out"
+) -> dict[str, str]:
     """Inputs with the texts of their values, written in this `form`. UsageError: one is not written so, or is given
-    again."""
+    again (`instead`: what to do then)."""
     found: dict[str, str] = {}
     for item in items:
         name, equals, text = item.partition("=")
         if not equals:
             raise UsageError(f"{option} needs {form}, not `{item}`")
         if name.strip() in found:
-            raise UsageError(f"{option} gives `{name.strip()}` twice: leave one out")
+            raise UsageError(f"{option} gives `{name.strip()}` twice: {instead}")
         found[name.strip()] = text.strip()
     return found
 

@@ -24,7 +24,10 @@ def guard(*arguments):
         ([], "--fallback OUTPUT=VALUE is missing"),
         (["--fallback", "motor"], "--fallback needs OUTPUT=VALUE"),
         (["--fallback", "motor="], "the value is missing"),
-        (["--fallback", "motor=false", "--fallback", "motor=true"], "--fallback gives `motor` twice: leave one out"),
+        (
+            ["--fallback", "motor=false", "--fallback", "motor=true"],
+            "`motor` twice: give one value, which may be",
+        ),
         (["--fallback", "motor=false", "-o", ""], "-o needs the name of a folder"),
         (["--fallback", "motor=false", "--for", "2s", "--until", "button"], "give one"),
         (["--fallback", "motor=false", "--no-proof"], "say where with -o FOLDER"),

@@ -84,7 +84,8 @@ def _refuse_misuse(options: Namespace) -> None:
 
 def _fallbacks(options: Namespace) -> dict[str, str]:
     """By output; UsageError."""
-    fallbacks = assignments("--fallback", options.fallback, "OUTPUT=VALUE")
+    instead = "give one value, which may be an expression such as a ? 1 : 2"
+    fallbacks = assignments("--fallback", options.fallback, "OUTPUT=VALUE", instead)
     if not all(fallbacks.values()):
         raise UsageError("--fallback needs OUTPUT=VALUE: the value is missing")
     return fallbacks

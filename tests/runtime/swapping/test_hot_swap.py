@@ -24,7 +24,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.formats import Given, read_arrangement
 from llfsm_verify.arrangement.loader import build_arrangement
-from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.model import Arrangement, Machine
 from llfsm_verify.arrangement.replacing import Replacement, with_replacement
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.diagnostics import DiagnosticError
@@ -74,6 +74,18 @@ def changed(document: Document, machine: str, how: int) -> Document:
     return other
 
 
+def pair(document: Document, seed: int, how: int) -> tuple[Arrangement, Arrangement, Machine] | None:
+    """The arrangement, another one in its place, and the machine that is replaced; None: there is no such one."""
+    arrangement = build_arrangement(document)
+    machine = arrangement.machines[seed % len(arrangement.machines)]
+    if machine.nested or any(state.runs for state in machine.states):
+        return None
+    try:
+        return arrangement, build_arrangement(changed(document, machine.name, how)), machine
+    except (DiagnosticError, KeyError):
+        return None  # the others ask for what is gone, or several instances share the machine's text
+
+
 def go_on(old: Loop, code: LiveCode, machine: str | None, path: Path, seed: int, turns: int) -> tuple[Loop, bytes]:
     """A loop that goes on with another, and what it began with; its recording is at `path`."""
     loop = Loop(code, seed=seed, drawn=drawn_choices(code.program, {}), held=starting_values(code.program))
@@ -97,14 +109,10 @@ def carry(folder: Path, count: int) -> None:
     tally: Counter[str] = Counter()
 
     def check(document: Document, seed: int, how: int) -> None:
-        arrangement = build_arrangement(document)
-        machine = arrangement.machines[seed % len(arrangement.machines)]
-        if machine.nested or any(state.runs for state in machine.states):
+        found = pair(document, seed, how)
+        if found is None:
             return
-        try:
-            other = build_arrangement(changed(document, machine.name, how))
-        except (DiagnosticError, KeyError):
-            return  # the others ask for what is gone, or several instances share the machine's text
+        arrangement, other, machine = found
         code, following = code_of(arrangement), code_of(other)
         old, _ = recorded(code, folder / "r", 1 + seed % 9, seed)
         replaced = None if how == POLICY else machine.name

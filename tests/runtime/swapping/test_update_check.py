@@ -32,7 +32,7 @@ from llfsm_verify.verification.changes.state_transfer import Untransferable, tra
 from llfsm_verify.verification.changes.update_check import Question, Refusal, check_update
 from llfsm_verify.verification.changes.update_points import Accepted, update_point
 from tests.quick import AtLeast, many, spread
-from tests.runtime.swapping.test_hot_swap import POLICY, changed
+from tests.runtime.swapping.test_hot_swap import POLICY, pair
 
 LIMITS = Limits(max_states=4_000, max_steps=150_000)
 
@@ -68,12 +68,11 @@ def random_checks(folder: Path, count: int) -> None:
     tally: Counter[str] = Counter()
 
     def check(document: Document, seed: int, how: int) -> None:
-        running = build_arrangement(document)
-        machine = running.machines[seed % len(running.machines)]
-        if machine.nested or any(state.runs for state in machine.states):
+        found = pair(document, seed, how)
+        if found is None:
             return
+        running, following, machine = found
         try:
-            following = build_arrangement(changed(document, machine.name, how))
             properties = properties_of(*lines_about(running, seed))
             code, next_code = code_of(running, properties), code_of(following, properties)
         except (DiagnosticError, KeyError):
