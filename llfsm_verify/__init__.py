@@ -21,10 +21,8 @@ if TYPE_CHECKING:
     from llfsm_verify.api.results import CheckResult, FaultOutcome, FaultsOutcome, PropertyOutcome
     from llfsm_verify.api.running import LiveRun
     from llfsm_verify.api.traces import RunView, SimulatedRun, TraceView, Value
-    from llfsm_verify.checking.proof import Proof
     from llfsm_verify.checking.trace import Cause, Change, Sampled, TraceStep
-    from llfsm_verify.checking.vacuity import Vacuity
-    from llfsm_verify.checking.verdict import EarlyVerdict, Progress, Verdict
+    from llfsm_verify.checking.verdict import EarlyVerdict, Progress, Proof, Vacuity, Verdict
     from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Disagreement
     from llfsm_verify.kripke.steps import Steps
     from llfsm_verify.kripke.structure import Structure

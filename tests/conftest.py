@@ -83,7 +83,7 @@ def nothing_was_asked_before(monkeypatch: pytest.MonkeyPatch) -> None:
     """Z3's main context is new in each test: what is found there depends on what was asked before."""
     if "z3.z3" in sys.modules:
         monkeypatch.setattr(sys.modules["z3.z3"], "_main_ctx", None)
-        contexts = sys.modules.get("llfsm_verify.backends.smt.contexts")
+        contexts = sys.modules.get("llfsm_verify.backends.smt")
         if contexts is not None:
             contexts.tolerant_main()
 

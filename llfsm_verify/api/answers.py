@@ -12,10 +12,10 @@ from llfsm_verify.analysis.lint.finding import Finding, LintResult, OpenQuestion
 from llfsm_verify.api.shown import html_of, text_of
 from llfsm_verify.api.traces import RunView, TraceView
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.proof import Proof
+from llfsm_verify.checking.verdict import Proof
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.verification.query import QueryResult
-from llfsm_verify.verification.trace_replay import Replayed
+from llfsm_verify.verification.replay import Replayed
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

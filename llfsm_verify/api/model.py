@@ -51,7 +51,7 @@ from llfsm_verify.runtime.stepping.simulation import Simulation
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.verification.engines import DEFAULT_ENGINE
 from llfsm_verify.verification.query import ask, parse_query
-from llfsm_verify.verification.trace_replay import replay_file
+from llfsm_verify.verification.replay import replay_file
 from llfsm_verify.verification.verify import verify
 
 if TYPE_CHECKING:

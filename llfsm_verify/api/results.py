@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING
 from llfsm_verify.api.shown import html_of, text_of
 from llfsm_verify.api.traces import TraceView
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.vacuity import Vacuity
-from llfsm_verify.checking.verdict import FaultFinding, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import FaultFinding, Proof, PropertyResult, Result, Vacuity, Verdict
 from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.logic.properties import PropertySet, asked_text

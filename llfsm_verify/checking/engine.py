@@ -21,7 +21,7 @@ from llfsm_verify.checking.verdict import Exploration, Options
 from llfsm_verify.limits import Budget
 
 if TYPE_CHECKING:
-    from llfsm_verify.checking.proof import Proof
+    from llfsm_verify.checking.verdict import Proof
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,21 +1,21 @@
-"""What a check is told, and what comes of it: options, verdicts, results."""
+"""What a check is told, and what comes of it: options, verdicts, results.
+
+With them what proves a pass (`Proof`), and what makes it say less than it seems to (`Vacuity`:
+docs/decisions/0016-vacuity.md).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, Literal, TypeVar
+from typing import Literal, TypeVar
 
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.vacuity import OPEN, Vacuity
 from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.kripke.labels.wide import InputNote
 from llfsm_verify.limits import Limits
 from llfsm_verify.program.program import FaultSite
-
-if TYPE_CHECKING:
-    from llfsm_verify.checking.proof import Proof
 
 T = TypeVar("T")
 
@@ -28,6 +28,90 @@ class Verdict(StrEnum):
 
 GoalKind = Literal["ltl", "enforce", "forbid", "forbid initially", "automaton", "automaton never"]
 """What a line of a property file asks for; the text of the automaton kinds is the name of a file."""
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """A certified inductive invariant. A property may take two: one for bad prefixes, one for other violations.
+
+    `invariant` are the conjuncts in the user's names (none: what the types say is enough), `legend` says what the other
+    names in them mean.
+    """
+
+    shows: Literal["faults", "prefixes", "rounds", "loops"]
+    """What is never reached: a fault; a bad prefix; more rounds of a violation than `bound`; a loop that violates."""
+    sentence: str
+    """The same in a clause."""
+    bound: int | None
+    unit: Literal["cycle", "step"]
+    """After which the invariant holds."""
+    invariant: tuple[str, ...]
+    legend: tuple[tuple[str, str], ...]
+    k: int
+    """0: the invariant is inductive and implies the property. Else: with it, k-induction over so many units does."""
+    checked_by: tuple[str, ...]
+    """The solvers, with their versions, that have checked initiation, consecution and implication."""
+    smt: str
+    """The invariant as a term of SMT-LIB 2 over integers and Booleans."""
+
+
+NO_RUN = "no run satisfies the assumptions, so this says nothing"
+"""What is said of every property then."""
+PERHAPS_NO_RUN = "whether any run satisfies the assumptions is not known"
+OPEN = frozenset({NO_RUN, PERHAPS_NO_RUN})
+"""A pass with one of these notes may say nothing."""
+FindingKind = Literal[
+    "antecedent", "subformula", "valid", "unsatisfiable", "letter", "assumptions", "escape", "initial"
+]
+
+Looked = Literal["no", "antecedents", "all"]
+
+
+@dataclass(frozen=True, slots=True)
+class VacuityFinding:
+    """`antecedent`: of an implication, never true. `subformula`: it does not matter. `valid`, `unsatisfiable`: by
+    itself, whatever the arrangement. `letter`: one that never holds. `assumptions`: no run satisfies them. `escape`:
+    some run comes to where no continuation does. `initial`: a part of it is about the initial configuration only."""
+
+    kind: FindingKind
+    message: str
+    """In a sentence without its full stop."""
+    subject: str
+    """The subformula, letter or names of assumptions that it is about."""
+    witness: str | None = None
+    """A stronger formula that also holds, as it would be written in a property file."""
+
+
+@dataclass(frozen=True, slots=True)
+class Escape:
+    """A run to where the arrangement escapes its assumptions (docs/semantics.md), where there is one."""
+
+    trace: Trace | None = None
+    reason: str | None = None
+    """Why it is not known whether there is one, as a sentence without its full stop."""
+
+
+@dataclass(frozen=True, slots=True)
+class Vacuity:
+    """How far a property that holds was looked at, and what was found.
+
+    `looked`: not at all, at antecedents (and what is as cheap), at every subformula. `never` and `always` are the
+    property's atoms that no, or every, configuration reached shows.
+    """
+
+    findings: tuple[VacuityFinding, ...] = ()
+    looked: Looked = "no"
+    reason: str | None = None
+    """Why it was not looked at as far as it was asked for, in a sentence."""
+    never: tuple[str, ...] = ()
+    always: tuple[str, ...] = ()
+    accepted: bool = False
+    """The findings are said to be known."""
+
+    @property
+    def fails(self) -> bool:
+        """With ``--strict`` a pass like this is none."""
+        return bool(self.findings) and not self.accepted
 
 
 @dataclass(frozen=True, slots=True)

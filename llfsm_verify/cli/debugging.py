@@ -100,7 +100,7 @@ def _recorded(options: Namespace, left: ExitStack) -> Driven:
 
 
 def _traced(options: Namespace) -> Driven:
-    from llfsm_verify.verification.trace_replay import saved_run
+    from llfsm_verify.verification.replay import saved_run
 
     file, arrangement, schedule = saved_run(options.what, options.arrangement, load_arrangement)
     path = Traced(schedule, fails=file.fault is not None)

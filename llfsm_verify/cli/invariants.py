@@ -63,7 +63,7 @@ def _unused(options: Namespace) -> dict[str, bool]:
 
 def save_invariants(options: Namespace, result: Result) -> None:
     """Write the proofs of a result; where there are none, only say so. DiagnosticError (E452)."""
-    from llfsm_verify.engines.inductive.saved import saved_text
+    from llfsm_verify.engines.inductive.recheck import saved_text
 
     if not any((*(p.proofs for p in result.properties), result.faults.proofs)):
         print("no invariant was found, so none is saved: --engine pdr and induction find some", file=sys.stderr)
@@ -78,8 +78,7 @@ def check_invariants(options: Namespace, arrangement: Arrangement, properties: P
     The exit code: 0 everything is proved, 1 a proof is rejected, 4 something is not proved, 130 interrupted.
     """
     from llfsm_verify.checking.problem import bind
-    from llfsm_verify.engines.inductive.recheck import Rechecking
-    from llfsm_verify.engines.inductive.saved import read_saved
+    from llfsm_verify.engines.inductive.recheck import Rechecking, read_saved
     from llfsm_verify.limits import Budget, LimitReached
 
     file = options.check_invariants

@@ -21,7 +21,7 @@ from llfsm_verify.report.wording import verdict_text
 from llfsm_verify.values import read_back
 
 if TYPE_CHECKING:
-    from llfsm_verify.checking.proof import Proof
+    from llfsm_verify.checking.verdict import Proof
 
 
 def result_json(result: Result) -> str:

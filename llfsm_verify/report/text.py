@@ -36,7 +36,7 @@ from llfsm_verify.report.wording import (
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from llfsm_verify.checking.proof import Proof
+    from llfsm_verify.checking.verdict import Proof
 
 BOUNDED = "bmc"
 """The engine that looks at runs of bounded length alone."""

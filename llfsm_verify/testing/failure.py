@@ -17,7 +17,7 @@ from llfsm_verify.report.saving import SUFFIX, write_traces
 from llfsm_verify.testing.saving import keep_trace
 from llfsm_verify.testing.stretches import Failure
 from llfsm_verify.testing.tested import Tested
-from llfsm_verify.verification.replaying import Replay, replay
+from llfsm_verify.verification.replay import Replay, replay
 from llfsm_verify.verification.tracefile import SavedProperty, document_of, saved_text
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class Finding:
 
 
 def findings(subject: Tested, failure: Failure, schedule: Schedule) -> tuple[Finding, ...]:
-    """Every failure of a run, confirmed by `verification.replaying`. Disagreement: that does not confirm it."""
+    """Every failure of a run, confirmed by `verification.replay`. Disagreement: that does not confirm it."""
     if failure.fault is not None:
         site = failure.fault
         again = replay(subject.arrangement, PropertySet(), schedule, (site.code, site.message))

@@ -12,7 +12,7 @@ from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.files import publish, unfinished
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.saving import SUFFIX, unsaved
-from llfsm_verify.verification.trace_replay import Load, replay_file
+from llfsm_verify.verification.replay import Load, replay_file
 from llfsm_verify.verification.tracefile import SavedProperty
 
 

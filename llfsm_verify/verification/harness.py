@@ -20,16 +20,20 @@ from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import ReplayedRun
 from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.trace import letter_steps
-from llfsm_verify.checking.vacuity import NO_RUN, OPEN, PERHAPS_NO_RUN, Escape, Vacuity
 from llfsm_verify.checking.verdict import (
     FAULTS,
+    NO_RUN,
+    OPEN,
+    PERHAPS_NO_RUN,
     EarlyVerdict,
+    Escape,
     Exploration,
     FaultFinding,
     FaultResult,
     Options,
     PropertyResult,
     Result,
+    Vacuity,
     Verdict,
 )
 from llfsm_verify.limits import Budget, LimitReached, unlimited

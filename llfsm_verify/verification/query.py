@@ -6,9 +6,8 @@ import re
 from dataclasses import dataclass, replace
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.verdict import Attempt, Options, Result, Verdict
+from llfsm_verify.checking.verdict import Attempt, Options, Proof, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.formula import BOOLEAN, apply, operators

@@ -19,7 +19,7 @@ from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.fileformat import FORMAT, judge_format
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.program.program import FaultSite
-from llfsm_verify.verification.trace_fields import EXPECTED, FAULT, GOAL, KINDS, STEP, TRACE
+from llfsm_verify.verification.tracefile_fields import EXPECTED, FAULT, GOAL, KINDS, STEP, TRACE
 from llfsm_verify.yaml.compose import compose
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Mapping as MappingNode

@@ -12,8 +12,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.doubts import doubts
 from llfsm_verify.checking.engine import Start
 from llfsm_verify.checking.problem import Problem, bind
-from llfsm_verify.checking.vacuity import NO_RUN, VacuityFinding
-from llfsm_verify.checking.verdict import EarlyVerdict, Options, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import NO_RUN, EarlyVerdict, Options, PropertyResult, Result, VacuityFinding, Verdict
 from llfsm_verify.diagnostics import telling
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Observe

@@ -9,8 +9,8 @@ from itertools import product
 import pytest
 from hypothesis import HealthCheck, given, settings
 
+from llfsm_verify.backends.native.context import heaviest, most_samples, statements
 from llfsm_verify.backends.native.layout import Layout
-from llfsm_verify.backends.native.paths import heaviest, most_samples, statements
 from llfsm_verify.backends.reference import Interpreter, Outcome
 from llfsm_verify.program.program import (
     BOOL,

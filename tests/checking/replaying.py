@@ -15,7 +15,7 @@ from llfsm_verify.program.moves import Move
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import properties
-from llfsm_verify.verification.replaying import Replay, replay
+from llfsm_verify.verification.replay import Replay, replay
 
 Problem = tuple[Arrangement, PropertySet]
 

@@ -14,7 +14,7 @@ from llfsm_verify.engines.explicit import search as searching
 from llfsm_verify.kripke.product_search import Walk
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.program.moves import Move
-from llfsm_verify.verification.replaying import replay
+from llfsm_verify.verification.replay import replay
 
 TOGGLE = """
 name: toggle

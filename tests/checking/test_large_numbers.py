@@ -10,8 +10,7 @@ from llfsm_verify.backends.native.code import OVERFLOW
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import Interpreter
-from llfsm_verify.backends.smt.relation import Terms
-from llfsm_verify.backends.smt.sizes import MAX_BITS, NumberTooLarge
+from llfsm_verify.backends.smt.relation import MAX_BITS, NumberTooLarge, Terms
 from llfsm_verify.backends.smt.unrolling import Unrolling
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.verdict import Options, Result, Verdict

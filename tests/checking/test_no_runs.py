@@ -6,7 +6,7 @@ from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.program.moves import Move
-from llfsm_verify.verification.replaying import Replay, replay
+from llfsm_verify.verification.replay import Replay, replay
 from tests.checking.replaying import lines_of
 
 

@@ -39,7 +39,7 @@ from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import atoms as state_formulas
 from llfsm_verify.testing.properties import properties, regular_properties
-from llfsm_verify.verification.replaying import replay
+from llfsm_verify.verification.replay import replay
 from llfsm_verify.verification.verify import verify
 from tests.kripke.test_random import LARGEST, Naive, TooLarge, naive
 from tests.oracle.regular import RegularReference, Void

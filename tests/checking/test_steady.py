@@ -7,10 +7,10 @@ from hypothesis import given, settings
 
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.replay import steady
+from llfsm_verify.checking.replay import replayer as steady
 from llfsm_verify.checking.replay.confirm import Schedule, first_letter, perform
 from llfsm_verify.checking.replay.execution import Execution
-from llfsm_verify.checking.replay.steady import _Search
+from llfsm_verify.checking.replay.replayer import _Search
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.diagnostics import Source

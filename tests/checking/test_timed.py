@@ -24,7 +24,7 @@ from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.program.moves import Move
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import atoms
-from llfsm_verify.verification.replaying import replay
+from llfsm_verify.verification.replay import replay
 from llfsm_verify.verification.verify import verify
 from tests.quick import examples, many
 

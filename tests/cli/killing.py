@@ -29,7 +29,7 @@ from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.kripke import compiled
 from llfsm_verify.report import saving
 from llfsm_verify.testing.saving import keep_trace
-from llfsm_verify.verification import trace_replay, tracefile
+from llfsm_verify.verification import replay, tracefile
 from tests.quick import examples
 
 FAULTY = "models/traffic_lights/faulty.yaml"
@@ -238,7 +238,7 @@ def main() -> None:
     name, folder = sys.argv[1:]
     root = Path.cwd()
     compiled.kernels().load_all()
-    assert trace_replay
+    assert replay
     for result in tried(kinds(root)[name], Path(folder).absolute()):
         sys.stdout.write(json.dumps(result) + "\n")
         sys.stdout.flush()

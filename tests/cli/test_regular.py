@@ -13,7 +13,7 @@ from llfsm_verify.automata.hoa.writing import write_hoa
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.logic.formula import apply, atom, negation
 from llfsm_verify.report.schema import load
-from llfsm_verify.verification.trace_fields import schema
+from llfsm_verify.verification.tracefile_fields import schema
 from tests.cli.running import FAULTY, LIGHTS, Done, llfsm
 
 ABRUPT = "models/traffic_lights/abrupt.yaml"

@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from llfsm_verify.report.schema import load
-from llfsm_verify.verification.trace_fields import schema
+from llfsm_verify.verification.tracefile_fields import schema
 from tests.cli.running import llfsm
 
 WARNING = re.compile(r"warning\[(\w+)\]")

@@ -130,7 +130,7 @@ def _update_trace(arguments: Sequence[str]) -> int:
     from llfsm_verify.report.plain import plain_text
     from llfsm_verify.report.saving import update_trace_file
     from llfsm_verify.report.text import trace_text
-    from llfsm_verify.verification.trace_replay import replay_file
+    from llfsm_verify.verification.replay import replay_file
 
     try:
         done = replay_file(arguments[1], None, load_arrangement)

@@ -5,8 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 
 from llfsm_verify.checking.trace import Cause, Change, Sampled, Trace, TraceStep
-from llfsm_verify.checking.vacuity import Vacuity, VacuityFinding
-from llfsm_verify.checking.verdict import Exploration, FaultFinding, FaultResult, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import (
+    Exploration,
+    FaultFinding,
+    FaultResult,
+    PropertyResult,
+    Result,
+    Vacuity,
+    VacuityFinding,
+    Verdict,
+)
 from llfsm_verify.diagnostics import Source, Span
 from llfsm_verify.kripke.labels.wide import InputNote
 from llfsm_verify.program.program import FaultSite

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from llfsm_verify.checking.proof import Proof
+from llfsm_verify.checking.verdict import Proof
 from llfsm_verify.report.json import proof_object
 from llfsm_verify.report.text import proof_lines, proofs_text
 

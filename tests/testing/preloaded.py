@@ -2,6 +2,6 @@
 
 from llfsm_verify.report import saving, text
 from llfsm_verify.testing.pytest_plugin import checks
-from llfsm_verify.verification import trace_replay
+from llfsm_verify.verification import replay as trace_replay
 
 PRELOADED = (checks, trace_replay, text, saving)

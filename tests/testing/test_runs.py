@@ -17,7 +17,7 @@ from llfsm_verify.testing import RunFailed, Stretch, Subject, load
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import properties, regular_properties
 from llfsm_verify.testing.shrinking import polish
-from llfsm_verify.verification.replaying import replay
+from llfsm_verify.verification.replay import replay
 from tests.cli.running import llfsm
 from tests.quick import examples, many
 

@@ -18,8 +18,7 @@ from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Problem, bind
-from llfsm_verify.checking.vacuity import NO_RUN
-from llfsm_verify.checking.verdict import FAULTS, EarlyVerdict, Options, Result, Verdict
+from llfsm_verify.checking.verdict import FAULTS, NO_RUN, EarlyVerdict, Options, Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.engines.unrolled.options import UnrolledOptions

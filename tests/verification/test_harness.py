@@ -11,8 +11,7 @@ from llfsm_verify.checking.engine import Answer, Explored, Given, Holds, Session
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Schedule
-from llfsm_verify.checking.vacuity import PERHAPS_NO_RUN
-from llfsm_verify.checking.verdict import Exploration, Options, Result, Verdict
+from llfsm_verify.checking.verdict import PERHAPS_NO_RUN, Exploration, Options, Result, Verdict
 from llfsm_verify.diagnostics import Disagreement, Source
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.properties import parse_properties

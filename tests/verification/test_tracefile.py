@@ -11,7 +11,6 @@ from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.report.saving import save_traces
-from llfsm_verify.verification.trace_fields import schema
 from llfsm_verify.verification.tracefile import (
     DETAILED_STEPS,
     SavedProperty,
@@ -19,6 +18,7 @@ from llfsm_verify.verification.tracefile import (
     read_trace_file,
     trace_document,
 )
+from llfsm_verify.verification.tracefile_fields import schema
 from tests.report.results import ALL, BAD, FAULT, LASSO, PATH, SITE, result, step
 
 LIGHTS = load_arrangement("models/traffic_lights/arrangement.yaml")

@@ -11,12 +11,10 @@ import z3
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.smt.arithmetic import BitVectors, truth
-from llfsm_verify.backends.smt.relation import Relation, Terms
-from llfsm_verify.backends.smt.sizes import NumberTooLarge
+from llfsm_verify.backends.smt.relation import NumberTooLarge, Relation, Terms
 from llfsm_verify.backends.smt.unrolling import Unrolling
 from llfsm_verify.checking.replay.confirm import Schedule
-from llfsm_verify.engines.unrolled.question import Exhausted, Question
-from llfsm_verify.engines.unrolled.schedules import schedule_of
+from llfsm_verify.engines.unrolled.question import Exhausted, Question, schedule_of
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.program.program import MachineInfo
 from llfsm_verify.semantics.probes import DEAD, Outcome, Probe

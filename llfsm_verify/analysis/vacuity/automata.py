@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.omega.products import accepted_word, common_word
 from llfsm_verify.checking.goals.automata import AutomatonGoal
-from llfsm_verify.checking.vacuity import VacuityFinding
+from llfsm_verify.checking.verdict import VacuityFinding
 from llfsm_verify.limits import LimitReached
 
 

@@ -14,14 +14,21 @@ from typing import TYPE_CHECKING, Literal, cast
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.ltl.satisfiability import contradict, forbids, is_satisfiable, is_valid
 from llfsm_verify.checking.engine import Explored
-from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
-from llfsm_verify.checking.problem import Problem
+from llfsm_verify.checking.goals.kinds import FormulaGoal
+from llfsm_verify.checking.problem import Problem, are_about_world
 from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.vacuity import NO_RUN, Escape, Looked, Vacuity, VacuityFinding
-from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
-from llfsm_verify.checking.world import are_about_world
+from llfsm_verify.checking.verdict import (
+    NO_RUN,
+    Escape,
+    Looked,
+    Options,
+    PropertyResult,
+    Vacuity,
+    VacuityFinding,
+    Verdict,
+)
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.formula import EXPRESSIONS, FALSE, TRUE, Formula, apply, is_boolean, negation, to_text

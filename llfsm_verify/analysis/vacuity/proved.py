@@ -16,8 +16,16 @@ from llfsm_verify.analysis.vacuity.check import (
 )
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.vacuity import NO_RUN, PERHAPS_NO_RUN, Looked, Vacuity, VacuityFinding
-from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
+from llfsm_verify.checking.verdict import (
+    NO_RUN,
+    PERHAPS_NO_RUN,
+    Looked,
+    Options,
+    PropertyResult,
+    Vacuity,
+    VacuityFinding,
+    Verdict,
+)
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.formula import FALSE, Formula, to_text
 

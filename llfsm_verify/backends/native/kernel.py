@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 
 from llfsm_verify.backends.native.code import BROKEN, DECLARATIONS, QUOTIENT, FunctionText
-from llfsm_verify.backends.native.context import EDGE_HEADER, ENDED, READ, SAMPLES, ContextLayout
+from llfsm_verify.backends.native.context import EDGE_HEADER, ENDED, READ, SAMPLES, ContextLayout, statements
 from llfsm_verify.backends.native.layout import WORD_BYTES, Layout
 from llfsm_verify.backends.native.loops import HELPERS, LOOPS, RUN, emit_function, fill
-from llfsm_verify.backends.native.paths import statements
 from llfsm_verify.program.program import INT64_MAX, Block, Emit, EventKind, Process, Program, Slot
 
 INLINED_LINES = 4000

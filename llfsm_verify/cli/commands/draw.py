@@ -55,7 +55,7 @@ def _graph(arrangement: Arrangement, options: Namespace) -> Graph | None:
 
 def _traced(arrangement: Arrangement, options: Namespace) -> Graph | None:
     from llfsm_verify.report.drawing.traced import replayed_graph
-    from llfsm_verify.verification.trace_replay import replay_file
+    from llfsm_verify.verification.replay import replay_file
 
     ready_beside([options.trace], options.output, UNWRITABLE, "the drawing")
 

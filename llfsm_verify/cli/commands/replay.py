@@ -6,7 +6,7 @@ from argparse import Namespace
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.cli.io.output import Output
-from llfsm_verify.verification.trace_replay import Replayed, replay_file
+from llfsm_verify.verification.replay import Replayed, replay_file
 
 MISFIT = 3
 

@@ -228,7 +228,7 @@ def _launched(ready: Launch, audit: AuditLog | None, *, swaps: bool) -> Iterator
 
 def _inputs(path: str, arrangement: Arrangement, program: Program) -> tuple[dict[str, int], list[Prescribed], int]:
     """What a trace says of inputs that never change and of choices, and how many turns it takes; its loop once."""
-    from llfsm_verify.verification.trace_replay import schedule_of
+    from llfsm_verify.verification.replay import schedule_of
     from llfsm_verify.verification.tracefile import read_trace_file
 
     schedule = schedule_of(read_trace_file(path), arrangement)

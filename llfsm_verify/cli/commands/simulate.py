@@ -130,7 +130,7 @@ def _sought(arrangement: Arrangement, base: Program, text: str | None) -> tuple[
 
 def _follow(simulated: RandomRun, path: str, arrangement: Arrangement) -> Schedule:
     """Begin at the end of a saved trace. DiagnosticError (E411): the arrangement cannot follow it."""
-    from llfsm_verify.verification.trace_replay import schedule_of
+    from llfsm_verify.verification.replay import schedule_of
     from llfsm_verify.verification.tracefile import read_trace_file
 
     schedule = schedule_of(read_trace_file(path), arrangement)

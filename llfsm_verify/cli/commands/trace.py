@@ -21,7 +21,7 @@ from llfsm_verify.runtime.recording.file import Recording, is_recording
 from llfsm_verify.runtime.recording.origin import arrangement_of, code_of
 from llfsm_verify.runtime.recording.replay import compared, performed
 from llfsm_verify.runtime.recording.timeline import Timeline, recorded, traced
-from llfsm_verify.verification.trace_replay import replay_file, schedule_of
+from llfsm_verify.verification.replay import replay_file, schedule_of
 
 DAMAGED = 3
 TRACE = "trace"

@@ -14,11 +14,9 @@ from llfsm_verify.checking.engine import Answer, Explored, Given, Holds, Session
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.verdict import Exploration, Progress
-from llfsm_verify.engines.explicit.explored import ExploredGraph
+from llfsm_verify.engines.explicit.explored import ExploredGraph, Schedules, longest_run
 from llfsm_verify.engines.explicit.options import ExplicitOptions
-from llfsm_verify.engines.explicit.schedules import Schedules
 from llfsm_verify.engines.explicit.search import Search
-from llfsm_verify.engines.explicit.termination import longest_run
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.graph import Graph

@@ -1,14 +1,87 @@
-"""A graph that was explored, for questions beside the verdicts: protocol `checking.engine.Explored`."""
+"""A graph that was explored, for questions beside the verdicts (`checking.engine.Explored`), and schedules of its
+walks.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from graphlib import CycleError, TopologicalSorter
+from typing import TYPE_CHECKING
 
 from llfsm_verify.checking.engine import Excluded, Violated
 from llfsm_verify.checking.goals.goal import Goal
-from llfsm_verify.engines.explicit.schedules import Schedules
+from llfsm_verify.checking.reach import schedule_of
+from llfsm_verify.checking.replay.confirm import Letter
 from llfsm_verify.engines.explicit.search import Search
+from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.kripke.lassos import Walk
 from llfsm_verify.limits import LimitReached
+from llfsm_verify.program.program import Program
+
+if TYPE_CHECKING:
+    from llfsm_verify.transforms.cone import Cone
+
+
+class Schedules:
+    """Makes the schedules of one exploration.
+
+    With `reduction` the explorer searched a cone of influence: the steps are extended to the whole program, which is
+    the one performed, and what the cone leaves out may recur late.
+    """
+
+    def __init__(self, explorer: Explorer, reduction: Cone | None = None) -> None:
+        self._explorer = explorer
+        self._reduction = reduction
+
+    def of_walk(self, walk: Walk) -> Violated:
+        """A walk that a search has found."""
+        pairs = zip(walk.nodes, walk.nodes[1:], walk.letters, strict=False)
+        parts = [self._explorer.witness(source, target, letter) for source, target, letter in pairs]
+        loop = None if walk.loop is None else sum(len(p) for p in parts[: walk.loop])
+        if walk.ends is not None:
+            parts.append(self._explorer.letter_witness(walk.nodes[-1], walk.ends))
+        schedule = schedule_of(
+            self._explorer, walk.nodes[0], [move for part in parts for move in part], self._reduction, loop
+        )
+        if walk.ends is not None:
+            return Violated(schedule)
+        return Violated(schedule, tuple(map(self._letter, walk.shown)), recurs=self._reduction is None)
+
+    def of_fault(self, number: int, path: Sequence[int]) -> Violated:
+        """A run into fault `number`, which happens in a step from the last configuration of `path`."""
+        return Violated(schedule_of(self._explorer, path[0], self._explorer.moves(path, number), self._reduction))
+
+    def _letter(self, mask: int) -> Letter:
+        return frozenset(n for i, n in enumerate(self._explorer.observed) if mask >> i & 1)
+
+
+MOST = 10_000
+"""Nodes of a graph that is looked at."""
+
+
+def longest_run(explorer: Explorer, program: Program) -> int | None:
+    """Steps of the longest run until the arrangement ends, where every run does.
+
+    None: some run goes on forever or into a fault, or it was not looked at: the graph of `program` is not complete, is
+    larger than MOST, was stored without edges, or passes over chains.
+    """
+    graph = explorer.graph
+    names = [process.ended for process in program.processes]
+    known = graph.complete and graph.with_edges and graph.sequences is None and not graph.faults
+    if not known or len(graph) > MOST or None in names:
+        return None
+    readers = [explorer.layout.reader(name) for name in names if name is not None]
+    after: dict[int, set[int]] = {}
+    for node in range(len(graph)):
+        has_ended = all(read(graph.key(node)) for read in readers)
+        after[node] = set() if has_ended else {target for target, _ in graph.arcs(node)}
+    left: dict[int, int] = {}
+    try:
+        for node in TopologicalSorter(after).static_order():
+            left[node] = max((1 + left[target] for target in after[node]), default=0)
+    except CycleError:
+        return None
+    return max((left[root] for root in range(graph.roots)), default=None)
 
 
 class ExploredGraph:

@@ -11,9 +11,8 @@ from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.checking.claims import Claim, add_premises, claim_of
 from llfsm_verify.checking.engine import Excluded
 from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of
-from llfsm_verify.checking.problem import Problem
+from llfsm_verify.checking.problem import Problem, fixed_atoms, world_atoms
 from llfsm_verify.checking.reach import FIRST_LOOK, GROWTH
-from llfsm_verify.checking.world import fixed_atoms, world_atoms
 from llfsm_verify.engines.explicit.bad_prefixes import (
     continued_bad_prefix,
     has_continued_bad_prefix,

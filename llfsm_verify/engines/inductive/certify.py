@@ -1,15 +1,18 @@
-"""Invariants checked again: initiation, consecution and implication, by a fresh solver and by cvc5."""
+"""Invariants checked again: initiation, consecution and implication, by a fresh solver and by cvc5, where it is
+installed.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import logging
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 
 import z3
 
 from llfsm_verify.backends.smt.arithmetic import Arithmetic, BitVectors
 from llfsm_verify.diagnostics import Disagreement
-from llfsm_verify.engines.inductive.cvc import other_opinion
 from llfsm_verify.engines.inductive.invariant import Invariant
 from llfsm_verify.engines.inductive.observers import FairLoops, State, Target
 from llfsm_verify.engines.inductive.system import Course, Stage, System, differ, undistinguished
@@ -216,3 +219,73 @@ class _Unrolled:
         """Where a unit may be bad, the first being 0."""
         self._go(unit + 1)
         return self._stages[unit]
+
+
+CVC_EFFORT = 1_000_000
+"""cvc5's units of work for all questions together: some 20 seconds at most."""
+MOST_TEXT = 20_000_000
+"""Characters of a question."""
+USED = "resource::resourceUnitsUsed"
+"""The statistic that counts them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Opinion:
+    """`agrees` None: the solver is not there, cannot read a question, or gave one up."""
+
+    solver: str
+    agrees: bool | None
+
+
+def is_installed() -> bool:
+    return find_spec("cvc5") is not None
+
+
+def other_opinion(texts: Iterable[str], budget: Budget, *, finite: bool) -> Opinion:
+    """Whether all questions, in SMT-LIB 2, are impossible. `finite`: bit-vectors, not integers.
+
+    When the time is up there is no opinion, and what another solver has found stands.
+    """
+    if not is_installed():
+        return Opinion("cvc5", None)
+    import cvc5
+
+    name = f"cvc5 {cvc5.__version__}"
+    agrees: bool | None = True
+    effort = CVC_EFFORT
+    for text in texts:
+        if effort <= 0 or len(text) > MOST_TEXT:
+            return Opinion(name, None)
+        answer, units = _answer(text, effort, budget, finite=finite)
+        if answer is False:
+            return Opinion(name, False)
+        agrees = agrees and answer
+        effort -= units
+    return Opinion(name, agrees)
+
+
+def _answer(text: str, effort: int, budget: Budget, *, finite: bool) -> tuple[bool | None, int]:
+    """Whether one question is impossible, and the units of work that it took."""
+    import cvc5
+
+    manager = cvc5.TermManager()
+    solver = cvc5.Solver(manager)
+    solver.setOption("rlimit-per", str(effort))
+    if budget.left is not None:
+        solver.setOption("tlimit-per", str(max(1, round(1000 * budget.left))))
+    parser = cvc5.InputParser(solver, cvc5.SymbolManager(manager))
+    logic = "QF_BV" if finite else "QF_NIA" if "(* " in text else "QF_LIA"
+    parser.setStringInput(cvc5.InputLanguage.SMT_LIB_2_6, f"(set-logic {logic})\n{text}", "condition")
+    said = ""
+    try:
+        while True:
+            command = parser.nextCommand()
+            if command.isNull():
+                break
+            said += command.invoke(solver, parser.getSymbolManager())
+    except RuntimeError as problem:  # what it cannot read is no answer
+        logging.getLogger(__name__).info("cvc5: %s", problem)
+        return None, 0
+    words = said.split()
+    answer = True if "unsat" in words else False if "sat" in words else None
+    return answer, int(solver.getStatistics()[USED]["value"])

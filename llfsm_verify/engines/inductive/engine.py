@@ -7,16 +7,16 @@ from dataclasses import replace
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.ltl.satisfiability import contradict
-from llfsm_verify.backends.smt.sizes import NumberTooLarge
+from llfsm_verify.backends.smt.relation import NumberTooLarge
 from llfsm_verify.checking.engine import Answer, Given, Holds, Session, Unknown, Violated
-from llfsm_verify.checking.goals.formulas import impossible
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
+from llfsm_verify.checking.goals.kinds import impossible
 from llfsm_verify.checking.verdict import Exploration, Progress
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.engines.inductive.induction import Induction
-from llfsm_verify.engines.inductive.prover import Prover
 from llfsm_verify.engines.inductive.proving import Open, Proving, Settled
 from llfsm_verify.engines.inductive.spacer import Spacer
+from llfsm_verify.engines.inductive.system import Prover
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.engines.unrolled.search import DEPTH, BoundedSearch, Task
 from llfsm_verify.limits import memory_in_use

@@ -9,8 +9,16 @@ import z3
 from llfsm_verify.backends.smt.solver import SolverBudget
 from llfsm_verify.engines.inductive.invariant import Invariant
 from llfsm_verify.engines.inductive.observers import State
-from llfsm_verify.engines.inductive.prover import Answer, Proved, Reached, Undecided
-from llfsm_verify.engines.inductive.system import Course, System, differ, undistinguished
+from llfsm_verify.engines.inductive.system import (
+    Answer,
+    Course,
+    Proved,
+    Reached,
+    System,
+    Undecided,
+    differ,
+    undistinguished,
+)
 from llfsm_verify.engines.unrolled.question import Exhausted, Question
 from llfsm_verify.limits import Budget
 from llfsm_verify.program.program import Expr

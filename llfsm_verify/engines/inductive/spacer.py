@@ -7,13 +7,12 @@ from dataclasses import dataclass
 
 import z3
 
+from llfsm_verify.backends.smt import tolerant
 from llfsm_verify.backends.smt.arithmetic import Term, is_bool
-from llfsm_verify.backends.smt.contexts import tolerant
 from llfsm_verify.backends.smt.solver import SolverBudget, wait_for
 from llfsm_verify.engines.inductive.invariant import Invariant, Unreadable, read
 from llfsm_verify.engines.inductive.observers import Scalar, State, text_of
-from llfsm_verify.engines.inductive.prover import Answer, Proved, Reached, Undecided
-from llfsm_verify.engines.inductive.system import System
+from llfsm_verify.engines.inductive.system import Answer, Proved, Reached, System, Undecided
 from llfsm_verify.limits import Budget
 from llfsm_verify.program.program import Const, Expr, Get, Int
 from llfsm_verify.program.terms import TRUE, conjunction, op

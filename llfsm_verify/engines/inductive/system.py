@@ -1,15 +1,20 @@
-"""An arrangement with what is to be shown unreachable, as a transition system whose transitions are units of steps."""
+"""An arrangement with what is to be shown unreachable, as a transition system whose transitions are units of steps; and
+what an engine of proofs asks of it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import z3
 
 from llfsm_verify.backends.smt.arithmetic import Arithmetic, Term, is_bool, truth
 from llfsm_verify.backends.smt.relation import Terms
+from llfsm_verify.backends.smt.solver import SolverBudget
 from llfsm_verify.backends.smt.unrolling import Unrolling
+from llfsm_verify.engines.inductive.invariant import Invariant
 from llfsm_verify.engines.inductive.observers import (
     Faults,
     Reader,
@@ -21,6 +26,7 @@ from llfsm_verify.engines.inductive.observers import (
     scalars_beside,
     text_of,
 )
+from llfsm_verify.limits import Budget
 from llfsm_verify.program.program import Expr, Get, Int, Program, Type
 from llfsm_verify.program.symbolic import Key
 from llfsm_verify.program.terms import const
@@ -201,3 +207,48 @@ def scalar_of(key: Key, kind: Type) -> Scalar:
 
 def _single(kind: Type) -> bool:
     return isinstance(kind, Int) and not is_bool(kind) and kind.low == kind.high
+
+
+@dataclass(frozen=True, slots=True)
+class Proved:
+    """By this invariant, which is to be certified before it counts."""
+
+    invariant: Invariant
+
+
+@dataclass(frozen=True, slots=True)
+class Reached:
+    """The prover says that the target can be reached."""
+
+
+@dataclass(frozen=True, slots=True)
+class Undecided:
+    """`reason`: why it is not known, in a clause."""
+
+    reason: str
+
+
+Answer = Proved | Reached | Undecided
+
+
+class Prover(Protocol):
+    """A way of proving that the target of a system is not reached."""
+
+    name: str
+    depth: int
+    """Unless --depth says otherwise."""
+    effort: int
+    """Z3's units of work for one question, unless a limit says otherwise."""
+    integers: bool
+    """It wants mathematical integers also where every value has bounds."""
+
+    def ask(
+        self, system: System, budget: Budget, depth: int, effort: int, total: SolverBudget, known: Sequence[Expr] = ()
+    ) -> Answer:
+        """`depth` bounds what the prover goes through, `effort` Z3's units of work for each question, and
+        `total` those for all questions of an engine.
+
+        `known` are formulas over the configuration that are inductive together; a proof has them in its invariant.
+        LimitReached, KeyboardInterrupt: the budget's, or the user's.
+        """
+        ...

@@ -7,10 +7,10 @@ from itertools import groupby
 
 from llfsm_verify.backends.smt.arithmetic import OURS, Integers
 from llfsm_verify.backends.smt.relation import Terms
-from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal
+from llfsm_verify.checking.goals.kinds import FormulaGoal
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.proof import Proof
+from llfsm_verify.checking.verdict import Proof
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.engines.inductive.certify import CheckedProof
 from llfsm_verify.engines.inductive.formula_text import formula_text

@@ -15,7 +15,7 @@ from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.omega.subsets import monitor_rows
 from llfsm_verify.automata.safety import BadPrefix, PrefixMonitor
 from llfsm_verify.backends.smt.arithmetic import OURS
-from llfsm_verify.engines.unrolled.loops import Loops
+from llfsm_verify.engines.unrolled.encoding import Loops
 from llfsm_verify.limits import tick
 
 MAX_BITS = 10

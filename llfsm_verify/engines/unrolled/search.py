@@ -14,16 +14,14 @@ from llfsm_verify.backends.smt.solver import SolverBudget
 from llfsm_verify.backends.smt.unrolling import Unrolling
 from llfsm_verify.checking.claims import Claim, add_premises, claim_of, unconditional
 from llfsm_verify.checking.engine import Answer, Given, Unknown, Violated
-from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, bad_prefixes_of
+from llfsm_verify.checking.goals.kinds import FormulaGoal
 from llfsm_verify.checking.goals.regular import RegularGoal
 from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.verdict import Exploration, Progress
-from llfsm_verify.engines.unrolled.encoding import Encoding
-from llfsm_verify.engines.unrolled.loops import Loops
-from llfsm_verify.engines.unrolled.question import Question
+from llfsm_verify.engines.unrolled.encoding import Encoding, Loops
+from llfsm_verify.engines.unrolled.question import Question, schedule_of
 from llfsm_verify.engines.unrolled.runs import AutomatonRun, Watched, automaton_table, monitor_table
-from llfsm_verify.engines.unrolled.schedules import schedule_of
 from llfsm_verify.limits import memory_in_use
 from llfsm_verify.logic.formula import is_plain
 from llfsm_verify.logic.rewriting.normal_form import nnf

@@ -9,7 +9,7 @@ from llfsm_verify.arrangement.model import Arrangement, Machine
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.report.drawing.extract import machine_graph
 from llfsm_verify.report.drawing.graph import Edge, EdgeKind, Graph, Mark, Node, shorten
-from llfsm_verify.verification.trace_replay import Replayed
+from llfsm_verify.verification.replay import Replayed
 
 LEGEND: tuple[tuple[EdgeKind, str], ...] = (
     ("taken", "fired"),

@@ -40,7 +40,7 @@ SCHEMAS: Registry[Callable[[str], dict[str, object]]] = Registry(
             "llfsm_verify.runtime.deciding.logs.mapping:schema",
             "mappings of logs, `check-recording --mapping`",
         ),
-        Entry("trace", "llfsm_verify.verification.trace_fields:schema", "trace files"),
+        Entry("trace", "llfsm_verify.verification.tracefile_fields:schema", "trace files"),
         Entry("result", _WRITTEN_BY_US, "`llfsm verify --format json`"),
         Entry("monitor", _WRITTEN_BY_US, "`llfsm monitor --as table`"),
         Entry("lint", _WRITTEN_BY_US, "`llfsm lint --format json`"),

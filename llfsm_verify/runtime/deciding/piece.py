@@ -19,7 +19,7 @@ from llfsm_verify.runtime.recording import UNSAVED
 from llfsm_verify.runtime.recording.file import Recording
 from llfsm_verify.runtime.recording.origin import arrangement_of, code_of, free_of
 from llfsm_verify.runtime.recording.replay import Ringlet, performed, ringlets
-from llfsm_verify.verification.replaying import replay
+from llfsm_verify.verification.replay import replay
 from llfsm_verify.verification.tracefile import Expected, SavedProperty, document_of, saved_text
 
 

@@ -30,7 +30,7 @@ from llfsm_verify.runtime.live.forks import close_but, fork
 from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.live.plan import runnable
 from llfsm_verify.runtime.swapping.settings import Loaded, RunSettings
-from llfsm_verify.verification.changes.update_points import UNKNOWN, Accepted
+from llfsm_verify.verification.changes.state_transfer import UNKNOWN, Accepted
 
 GRACE = 2
 """Seconds after its limit in which the process may say so itself."""

@@ -30,8 +30,7 @@ from llfsm_verify.runtime.swapping.settings import Loaded, RunSettings
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.posts import Refused
 from llfsm_verify.runtime.whiteboard.shared import Shared
-from llfsm_verify.verification.changes.state_transfer import Untransferable, transferred
-from llfsm_verify.verification.changes.update_points import update_point
+from llfsm_verify.verification.changes.state_transfer import Untransferable, transferred, update_point
 
 SOON, CHECKED, LATER = 0.002, 0.02, 1.0
 """Seconds between two looks, while something is on its way, while it is checked, and else."""

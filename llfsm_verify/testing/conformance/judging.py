@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from llfsm_verify.checking.vacuity import NO_RUN, OPEN
-from llfsm_verify.checking.verdict import Result, Verdict
+from llfsm_verify.checking.verdict import NO_RUN, OPEN, Result, Verdict
 from llfsm_verify.testing.conformance.known import Known
 from llfsm_verify.testing.conformance.outcome import Wrong
 

@@ -12,7 +12,7 @@ import pytest
 from llfsm_verify.testing.pytest_plugin.texts import SUFFIX, UPDATE
 
 if TYPE_CHECKING:
-    from llfsm_verify.verification.trace_replay import Replayed
+    from llfsm_verify.verification.replay import Replayed
 
 ANSWER = "llfsm"
 """The key of what a test tells at the end of the run."""
@@ -32,7 +32,7 @@ class TraceTest(pytest.Item):
     def runtest(self) -> None:
         """Fails when the replay finds something else than `expect:`, or when the file no longer fits."""
         from llfsm_verify.testing.pytest_plugin.session import session_of, without_traceback
-        from llfsm_verify.verification.trace_replay import replay_file
+        from llfsm_verify.verification.replay import replay_file
 
         with without_traceback(self.config):
             done = replay_file(str(self.path), None, session_of(self.config).arrangement)

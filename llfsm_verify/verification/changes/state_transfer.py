@@ -2,12 +2,14 @@
 
 The new machine is as if it had just been loaded: in its initial state, its own variables with the values that those of
 the same name and type had, and no command waits for it. It has its turn in the next cycle, also where the old one had
-left the schedule. All else stays as it is.
+left the schedule. All else stays as it is. What may be loaded there is an update point: a run at the end of a cycle.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from struct import pack
 from typing import Protocol
 
 from llfsm_verify.backends.native.layout import Layout
@@ -165,3 +167,21 @@ def _text(variable: Var, value: Value) -> str:
     if isinstance(value, int) and isinstance(kind, Int) and 0 <= value - kind.low < len(labels):
         return labels[value - kind.low]
     return str(value)
+
+
+UNKNOWN = "it is unknown whether it may be loaded"
+
+
+@dataclass(frozen=True, slots=True)
+class Accepted:
+    """Nothing wrong is reachable where it is loaded at the end of a cycle in one of `points`."""
+
+    points: frozenset[bytes]
+    """What `update_point` gives."""
+    notes: tuple[str, ...]
+    """What else is to be said, in sentences without their full stops."""
+
+
+def update_point(code: HasLayout, record: bytes, states: Iterable[int]) -> bytes:
+    """A configuration of a run and the states of its monitors."""
+    return record[: code.layout.configuration_bytes] + b"".join(pack("<q", state) for state in states)

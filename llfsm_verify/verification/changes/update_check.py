@@ -35,8 +35,14 @@ from llfsm_verify.monitoring.lookup import MonitorTooLarge
 from llfsm_verify.monitoring.states import Monitor
 from llfsm_verify.program.moves import Move
 from llfsm_verify.transforms.monitors import TooManyEdges
-from llfsm_verify.verification.changes.state_transfer import HasLayout, StateTransfer, Untransferable
-from llfsm_verify.verification.changes.update_points import UNKNOWN, Accepted, update_point
+from llfsm_verify.verification.changes.state_transfer import (
+    UNKNOWN,
+    Accepted,
+    HasLayout,
+    StateTransfer,
+    Untransferable,
+    update_point,
+)
 from llfsm_verify.verification.changes.version import Version
 
 MOST_ATOMS = 12
@@ -103,13 +109,13 @@ def check_update(question: Question, budget: Budget) -> Accepted | Refusal:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """What speaks against a machine: `broken` as in `Refusal`, the nodes of a walk to it, and the fault it ends in, of
-    the program with monitors."""
+    """What speaks against a machine: `broken` as in `Refusal`, the nodes of a walk to it, and its moves, where they are
+    known."""
 
     broken: str | None
     reason: str
     walk: Sequence[int] = ()
-    fault: int | None = None
+    moves: tuple[Move, ...] = ()
     endless: bool = False
     """The walk ends with what repeats forever."""
 
@@ -257,9 +263,9 @@ class _UpdateCheck:
             _whole(space.graph.unfinished)
             return None
         if run.fault in own:
-            return _Found(None, f"a run would end in a fault: {sites[run.fault].message}", run.path, run.fault)
+            return _Found(None, f"a run would end in a fault: {sites[run.fault].message}", run.path, run.moves)
         name = names[run.fault - len(sites)]
-        return _Found(name, f"`{name}` would be violated", run.path, run.fault)
+        return _Found(name, f"`{name}` would be violated", run.path, run.moves)
 
     def _never_satisfied(self, explorer: Explorer) -> _Found | None:
         """An infinite run that violates what is monitored (`F p`) without its monitor seeing it; None: there is none.
@@ -336,7 +342,7 @@ class _UpdateCheck:
         key = explorer.graph.key(found.walk[0])
         values, plain = self._after.layout.decode(key), Layout.of(self._after.plain)
         record = plain.encode_record({**values, **plain.initial_outputs()})
-        moves = tuple(explorer.moves(found.walk, found.fault))
+        moves = found.moves or tuple(explorer.moves(found.walk))
         return Counterexample(record, self._after.states(key), moves, later, found.endless)
 
 

@@ -13,11 +13,9 @@ from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.vacuity import NO_RUN
-from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
-from llfsm_verify.engines.explicit.explored import ExploredGraph
+from llfsm_verify.checking.verdict import NO_RUN, Options, PropertyResult, Result, Verdict
+from llfsm_verify.engines.explicit.explored import ExploredGraph, Schedules
 from llfsm_verify.engines.explicit.options import ExplicitOptions
-from llfsm_verify.engines.explicit.schedules import Schedules
 from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.limits import Budget, Limits

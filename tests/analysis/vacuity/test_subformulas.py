@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from llfsm_verify.analysis.vacuity.check import TooManySubformulas, findings
 from llfsm_verify.automata.ltl.satisfiability import satisfying_word
 from llfsm_verify.automata.ltl.translate import translate
-from llfsm_verify.checking.vacuity import VacuityFinding
+from llfsm_verify.checking.verdict import VacuityFinding
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.product_search import Reader, accepting_lasso

@@ -11,7 +11,7 @@ PROGRAM = """
 import gc, threading
 import llfsm_verify.backends.smt
 import z3
-from llfsm_verify.backends.smt.contexts import tolerant
+from llfsm_verify.backends.smt import tolerant
 
 def make(context, rounds):
     x = z3.Int("x", context)

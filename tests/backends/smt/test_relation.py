@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.backends.smt.arithmetic import Arithmetic, BitVectors, Integers
-from llfsm_verify.backends.smt.relation import Relation, Terms, is_bounded
-from llfsm_verify.backends.smt.sizes import NumberTooLarge
+from llfsm_verify.backends.smt.relation import NumberTooLarge, Relation, Terms, is_bounded
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
@@ -176,7 +175,7 @@ def test_a_step_whose_numbers_may_be_too_large_has_no_terms(monkeypatch: pytest.
     x = Get("x", None, UNBOUNDED)
     program = tiny((Set("x", None, Op("mul", (x, x), UNBOUNDED)),), (variable("x", UNBOUNDED),))
     assert Terms(program).slot(0).grown({("x", None): 3})["x", None] == 6
-    monkeypatch.setattr("llfsm_verify.backends.smt.sizes.MAX_BITS", 127)  # those of an unknown number are 64
+    monkeypatch.setattr("llfsm_verify.backends.smt.relation.MAX_BITS", 127)  # those of an unknown number are 64
     with pytest.raises(NumberTooLarge):
         Terms(program).slot(0)
 

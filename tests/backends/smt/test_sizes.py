@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from llfsm_verify.backends.smt.sizes import ANY_BITS, MAX_BITS, NumberTooLarge, multiplies, size_of
+from llfsm_verify.backends.smt.relation import ANY_BITS, MAX_BITS, NumberTooLarge, multiplies, size_of
 from llfsm_verify.program.program import BOOL, UNBOUNDED, Const, Expr, Get, Int, Ite, Local, Op
 from tests.quick import examples
 

@@ -14,8 +14,8 @@ from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.moves import Move
-from llfsm_verify.verification import replaying
-from llfsm_verify.verification.replaying import replay
+from llfsm_verify.verification import replay as replaying
+from llfsm_verify.verification.replay import replay
 from llfsm_verify.verification.verify import verify
 
 STATES = ("A", "B", "C")

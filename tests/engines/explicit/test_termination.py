@@ -13,7 +13,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.verdict import Options
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.engines.explicit.termination import longest_run
+from llfsm_verify.engines.explicit.explored import longest_run
 from llfsm_verify.kripke.structure import structure
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties

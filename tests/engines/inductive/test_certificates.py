@@ -20,18 +20,15 @@ from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Problem as Asked
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.engines.inductive import certify, cvc
-from llfsm_verify.engines.inductive.certify import BASE, STEP, Certifier, CheckedProof, Rejection
-from llfsm_verify.engines.inductive.cvc import is_installed
+from llfsm_verify.engines.inductive import certify
+from llfsm_verify.engines.inductive.certify import BASE, STEP, Certifier, CheckedProof, Rejection, is_installed
 from llfsm_verify.engines.inductive.induction import Induction
 from llfsm_verify.engines.inductive.invariant import Invariant
 from llfsm_verify.engines.inductive.observers import Prefixes
 from llfsm_verify.engines.inductive.plans import plan_of
-from llfsm_verify.engines.inductive.prover import Proved
-from llfsm_verify.engines.inductive.recheck import Rechecking
-from llfsm_verify.engines.inductive.saved import Saved, read_saved, saved_text
+from llfsm_verify.engines.inductive.recheck import Rechecking, Saved, read_saved, saved_text
 from llfsm_verify.engines.inductive.spacer import Spacer
-from llfsm_verify.engines.inductive.system import System
+from llfsm_verify.engines.inductive.system import Proved, System
 from llfsm_verify.engines.unrolled.runs import BAD, Table
 from llfsm_verify.kripke.observing import observed_outputs
 from llfsm_verify.limits import Budget, Limits
@@ -257,7 +254,7 @@ def _is_possible(terms: list[z3.BoolRef]) -> bool:
 @pytest.mark.slow
 @needs("cvc5")
 def test_a_hard_question_costs_only_the_second_opinion(small: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cvc, "EFFORT", 1)
+    monkeypatch.setattr(certify, "CVC_EFFORT", 1)
     found = small.certifier.check(small.invariant(), BUDGET)
     assert isinstance(found, CheckedProof)
     assert len(found.checked_by) == 1

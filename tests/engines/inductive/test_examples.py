@@ -10,13 +10,12 @@ import pytest
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.backends.smt.solver import SolverBudget
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.vacuity import NO_RUN
-from llfsm_verify.checking.verdict import Options, Result, Verdict
+from llfsm_verify.checking.verdict import NO_RUN, Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.engines.inductive import cvc, engine
+from llfsm_verify.engines.inductive import certify as cvc
+from llfsm_verify.engines.inductive import engine
 from llfsm_verify.engines.inductive.engine import InductiveSession
-from llfsm_verify.engines.inductive.prover import Answer, Undecided
-from llfsm_verify.engines.inductive.system import System
+from llfsm_verify.engines.inductive.system import Answer, System, Undecided
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic.properties import parse_properties

@@ -10,8 +10,7 @@ from hypothesis import HealthCheck, settings
 from llfsm_verify.analysis.vacuity.proved import mark_unexamined
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.vacuity import NO_RUN
-from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import NO_RUN, Options, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits

@@ -22,7 +22,7 @@ from llfsm_verify.runtime.recording import UNSAVED
 from llfsm_verify.runtime.recording.file import Recorder, Recording
 from llfsm_verify.runtime.recording.origin import header_of
 from llfsm_verify.testing.arrangements import Document, arrangements
-from llfsm_verify.verification.trace_replay import Replayed, replay_file
+from llfsm_verify.verification.replay import Replayed, replay_file
 from tests.cli.running import FAULTY, LIGHTS, llfsm
 from tests.quick import each, examples, many, spread
 

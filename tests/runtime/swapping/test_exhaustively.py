@@ -27,8 +27,7 @@ from llfsm_verify.program.program import Int
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.plan import monitored
 from llfsm_verify.testing.arrangements import Document, arrangements
-from llfsm_verify.verification.changes.state_transfer import Untransferable, transferred
-from llfsm_verify.verification.changes.update_points import Accepted, update_point
+from llfsm_verify.verification.changes.state_transfer import Accepted, Untransferable, transferred, update_point
 from tests.quick import AtLeast, many, spread
 from tests.runtime.swapping.test_hot_swap import POLICY, changed
 from tests.runtime.swapping.test_update_check import asked, code_of, loop_of, properties_of

@@ -28,9 +28,8 @@ from llfsm_verify.runtime.swapping.check_process import Check, Finding
 from llfsm_verify.runtime.swapping.counterexample import Interleaved, record_counterexample
 from llfsm_verify.runtime.swapping.hot_swap import _compare
 from llfsm_verify.testing.arrangements import Document, arrangements
-from llfsm_verify.verification.changes.state_transfer import Untransferable, transferred
+from llfsm_verify.verification.changes.state_transfer import Accepted, Untransferable, transferred, update_point
 from llfsm_verify.verification.changes.update_check import Question, Refusal, check_update
-from llfsm_verify.verification.changes.update_points import Accepted, update_point
 from tests.quick import AtLeast, many, spread
 from tests.runtime.swapping.test_hot_swap import POLICY, pair
 

@@ -7,9 +7,8 @@ from dataclasses import replace
 from typing import ClassVar
 
 from llfsm_verify.checking.engine import Answer, Given, Holds, Unknown, Violated
-from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal
-from llfsm_verify.checking.goals.kinds import goals_of
+from llfsm_verify.checking.goals.kinds import FormulaGoal, goals_of
 from llfsm_verify.checking.problem import Programs
 from llfsm_verify.checking.verdict import Exploration
 from llfsm_verify.engines.explicit.engine import ExplicitSession
