@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from typing import Protocol, Self, TypeVar
+from typing import Any, Protocol, Self, TypeVar
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.diagrams import Diagrams
 from llfsm_verify.limits import tick
 
 MAX_CUBES = 200_000
@@ -75,6 +76,11 @@ class TruthTables:
             if l1 != l0 << shift or u1 != u0 << shift:
                 return i, l0 | l0 << shift, l1 | l1 >> shift, u0 | u0 << shift, u1 | u1 >> shift
         raise ValueError("a constant has no cofactors")
+
+
+def alphabet_of(size: int) -> Alphabet[Any]:
+    """All letters over so many atoms, with sets that fit their number."""
+    return TruthTables(size) if size <= MAX_TABLE else Diagrams(size)
 
 
 Cube = tuple[int, int]

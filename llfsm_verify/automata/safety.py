@@ -9,7 +9,7 @@ from typing import Protocol, Self
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.ltl.classes import closed_by_prefixes
 from llfsm_verify.automata.ltl.translate import translate
-from llfsm_verify.automata.omega.moves import Moves
+from llfsm_verify.automata.omega.moves import Lazy, moves_of
 from llfsm_verify.logic.formula import Formula, is_boolean, is_plain, postorder
 from llfsm_verify.logic.rewriting.normal_form import nnf
 
@@ -99,12 +99,45 @@ def never_bad(monitor: PrefixMonitor, atoms: int) -> bool:
     return True
 
 
-class BadPrefix:
-    """Reads a word letter by letter and tells when no continuation of it satisfies the formula any more.
+class SubsetReader:
+    """Reads a word letter by letter and tells when no run of an automaton is left.
 
-    The subset construction of the closure automaton, done as far as it is asked for. States are small numbers; a state
-    stands for what the word read so far leaves possible.
+    The subset construction, done as far as it is asked for. States are small numbers; a state stands for what the word
+    read so far leaves possible.
     """
+
+    def __init__(self, automaton: Automaton | Lazy) -> None:
+        self._moves = moves_of(automaton)
+        self._sets: list[frozenset[int]] = []
+        self._numbers: dict[frozenset[int], int] = {}
+        self._steps: dict[tuple[int, int], int | None] = {}
+
+    def initial(self) -> int | None:
+        """The state before the first letter; None: there is no run at all, the empty word is a bad prefix."""
+        first = frozenset[int]() if self._moves.is_empty else self._left({0})
+        return self._number(first) if first else None
+
+    def step(self, state: int, letter: int) -> int | None:
+        """The state after `letter` (the mask of the atoms that hold); None: the word read so far is a bad prefix."""
+        key = (state, letter & self._moves.relevant)
+        if key not in self._steps:
+            targets = self._left({target for q in self._sets[state] for _, target in self._moves(q, letter)})
+            self._steps[key] = self._number(targets) if targets else None
+        return self._steps[key]
+
+    def _left(self, states: set[int]) -> frozenset[int]:
+        """Those of some states that matter."""
+        return frozenset(states)
+
+    def _number(self, states: frozenset[int]) -> int:
+        number = self._numbers.setdefault(states, len(self._sets))
+        if number == len(self._sets):
+            self._sets.append(states)
+        return number
+
+
+class BadPrefix(SubsetReader):
+    """Reads a word letter by letter and tells when no continuation of it satisfies the formula any more."""
 
     def __init__(self, formula: Formula, atom_order: Sequence[str]) -> None:
         """`atom_order` gives the bits of letters. AutomatonTooLarge as for `translate`."""
@@ -118,27 +151,6 @@ class BadPrefix:
         return self
 
     def _begin(self, automaton: Automaton) -> None:
+        super().__init__(automaton)
         self.closure = automaton
         """The automaton: a word is a bad prefix when no run of it is left."""
-        self._moves = Moves(automaton)
-        self._sets: list[frozenset[int]] = []
-        self._numbers: dict[frozenset[int], int] = {}
-        self._steps: dict[tuple[int, int], int | None] = {}
-
-    def initial(self) -> int | None:
-        """The state before the first letter; None: the formula is unsatisfiable, the empty word is a bad prefix."""
-        return None if self.closure.is_empty else self._number(frozenset((0,)))
-
-    def step(self, state: int, letter: int) -> int | None:
-        """The state after `letter` (the mask of the atoms that hold); None: the word read so far is a bad prefix."""
-        key = (state, letter & self._moves.relevant)
-        if key not in self._steps:
-            targets = frozenset(target for q in self._sets[state] for _, target in self._moves(q, letter))
-            self._steps[key] = self._number(targets) if targets else None
-        return self._steps[key]
-
-    def _number(self, states: frozenset[int]) -> int:
-        number = self._numbers.setdefault(states, len(self._sets))
-        if number == len(self._sets):
-            self._sets.append(states)
-        return number

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
-from llfsm_verify.automata.diagrams import Diagrams
-from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, Cube, L, TruthTables
+from llfsm_verify.automata.labels import Cube, L, alphabet_of
 from llfsm_verify.automata.ltl.counting import Counting
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.ltl.translation import automaton_of, reader_of
@@ -69,16 +68,14 @@ def monitor_of(
         raise ValueError("the automata have different atoms")
     keys = satisfying.atoms
     used = mentioned(satisfying, violating)
+    alphabet = alphabet_of(len(used))
 
-    def over(alphabet: Alphabet[L]) -> Monitor:
-        def widened(labels: dict[int, L]) -> dict[int, list[Cube]]:
-            return {target: cubes_at(alphabet, label, used) for target, label in labels.items()}
+    def widened(labels: dict[int, L]) -> dict[int, list[Cube]]:
+        return {target: cubes_at(alphabet, label, used) for target, label in labels.items()}
 
-        good, bad = (closure(from_automaton(narrowed(a, used), alphabet)) for a in (satisfying, violating))
-        verdicts, rows = _explored(good, bad, max_states, max_edges)
-        return minimal(keys, verdicts, rows, widened, max_edges)
-
-    return over(TruthTables(len(used))) if len(used) <= MAX_TABLE else over(Diagrams(len(used)))
+    good, bad = (closure(from_automaton(narrowed(a, used), alphabet)) for a in (satisfying, violating))
+    verdicts, rows = _explored(good, bad, max_states, max_edges)
+    return minimal(keys, verdicts, rows, widened, max_edges)
 
 
 _Explored = tuple[list[MonitorVerdict], list[list[Step[L]]]]

@@ -8,11 +8,12 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guard, Guards
 from llfsm_verify.automata.finite.expressions import DeterministicAutomaton
 from llfsm_verify.automata.finite.monitor import allowed_words
+from llfsm_verify.automata.omega.components import reaching
 from llfsm_verify.limits import tick
 from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.regular import RegularKind, exclusions
-from llfsm_verify.monitoring.states import MAX_EDGES, Monitor, MonitorVerdict, minimal, reaching
+from llfsm_verify.monitoring.states import MAX_EDGES, Monitor, MonitorVerdict, minimal
 
 MAX_STATES = 10_000
 

@@ -8,7 +8,8 @@ from enum import Enum
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.labels import L
-from llfsm_verify.automata.omega.refinement import equivalent
+from llfsm_verify.automata.omega.components import reaching
+from llfsm_verify.automata.omega.refinement import by_class, equivalent
 from llfsm_verify.automata.omega.subsets import Step
 
 MAX_EDGES = 200_000
@@ -120,11 +121,8 @@ def minimal(
     edges: list[tuple[MonitorEdge, ...]] = []
     made = 0
     for state in first.values():
-        labels: dict[int, L] = {}
-        for label, target in rows[state]:
-            known = labels.get(blocks[target])
-            labels[blocks[target]] = label if known is None else known | label
-        row = tuple(MonitorEdge(p, n, target) for target, found in cubes(labels).items() for p, n in found)
+        steps = cubes(by_class(rows[state], blocks))
+        row = tuple(MonitorEdge(p, n, target) for target, found in steps.items() for p, n in found)
         made += len(row)
         if made > max_edges:
             raise AutomatonTooLarge("transitions", max_edges)
@@ -133,19 +131,3 @@ def minimal(
     targets = [[edge.target for edge in row] for row in edges]
     hope = reaching(targets, [verdict is not MonitorVerdict.NOT_YET for verdict in found])
     return Monitor(tuple(keys), found, tuple(edges), tuple(not has for has in hope))
-
-
-def reaching(targets: Sequence[Sequence[int]], goal: Sequence[bool]) -> list[bool]:
-    """The nodes of a graph from which one of `goal` can be reached: backwards from these."""
-    sources: list[list[int]] = [[] for _ in targets]
-    for state, row in enumerate(targets):
-        for target in row:
-            sources[target].append(state)
-    found = list(goal)
-    queue = [state for state, has in enumerate(found) if has]
-    for state in queue:
-        for source in sources[state]:
-            if not found[source]:
-                found[source] = True
-                queue.append(source)
-    return found

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guard, Guards
+from llfsm_verify.automata.omega.components import reaching
 from llfsm_verify.automata.omega.refinement import by_class, equivalent
 from llfsm_verify.limits import tick
 from llfsm_verify.logic.bounds import repeat
@@ -242,16 +243,6 @@ def minimise(automaton: DeterministicAutomaton) -> DeterministicAutomaton:
 
 
 def useful_states(automaton: DeterministicAutomaton | FiniteAutomaton) -> set[int]:
-    """The states from which a word is accepted, in ascending order of their numbers when iterated sorted."""
-    before: list[list[int]] = [[] for _ in automaton.edges]
-    for q, row in enumerate(automaton.edges):
-        for _, target in row:
-            before[target].append(q)
-    found = {q for q, accepts in enumerate(automaton.accepting) if accepts}
-    queue = list(found)
-    while queue:
-        for q in before[queue.pop()]:
-            if q not in found:
-                found.add(q)
-                queue.append(q)
-    return found
+    """The states from which a word is accepted."""
+    found = reaching([[target for _, target in row] for row in automaton.edges], automaton.accepting)
+    return {q for q, accepts in enumerate(found) if accepts}

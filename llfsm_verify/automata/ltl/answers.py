@@ -6,8 +6,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
-from llfsm_verify.automata.diagrams import Diagrams
-from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables
+from llfsm_verify.automata.labels import alphabet_of
 from llfsm_verify.automata.ltl import classes
 from llfsm_verify.automata.ltl.classes import PropertyClass
 from llfsm_verify.automata.ltl.satisfiability import satisfying_word
@@ -153,13 +152,9 @@ def classify_any(formula: Formula, *, simplifier: Simplifier | None = None) -> P
         sides = [automaton_of(plain, negate=negate) for negate in (False, True)]
     except AutomatonTooLarge:
         return None
-
-    def over(alphabet: Alphabet[L]) -> PropertyClass | None:
-        graph, opposite = (from_automaton(side, alphabet) for side in sides)
-        return classes.of_automata(graph, opposite).smallest
-
-    keys = sides[0].atoms
-    return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))
+    alphabet = alphabet_of(len(sides[0].atoms))
+    graph, opposite = (from_automaton(side, alphabet) for side in sides)
+    return classes.of_automata(graph, opposite).smallest
 
 
 def buchi_of(formula: Formula) -> Automaton:
@@ -171,13 +166,9 @@ def buchi_of(formula: Formula) -> Automaton:
     if is_plain(plain):
         return translate(plain, generalised=False)
     automaton = automaton_of(plain)
-
-    def over(alphabet: Alphabet[L]) -> Automaton:
-        graph = reduce_by_state(state_based(from_automaton(automaton, alphabet)))
-        return to_automaton(without_sets(graph), automaton.atoms, range(len(automaton.atoms)))
-
     size = len(automaton.atoms)
-    return over(TruthTables(size)) if size <= MAX_TABLE else over(Diagrams(size))
+    graph = reduce_by_state(state_based(from_automaton(automaton, alphabet_of(size))))
+    return to_automaton(without_sets(graph), automaton.atoms, range(size))
 
 
 def shape(*formulas: Formula) -> tuple[tuple[Formula, ...], dict[str, str]]:

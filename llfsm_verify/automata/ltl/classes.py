@@ -9,15 +9,13 @@ from enum import StrEnum
 from functools import partial
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.automata.diagrams import Diagrams
-from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables
+from llfsm_verify.automata.labels import L, alphabet_of
 from llfsm_verify.automata.ltl.translate import MAX_STATES, MAX_TRANSITIONS, Translator
 from llfsm_verify.automata.omega.augmented import augment, persists
-from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.pruning import useful
 from llfsm_verify.automata.omega.reduction import reduce_automaton
 from llfsm_verify.automata.omega.subsets import subsets
-from llfsm_verify.automata.omega.symbolic import Symbolic
+from llfsm_verify.automata.omega.symbolic import Symbolic, share_a_word
 from llfsm_verify.limits import ticking
 from llfsm_verify.logic.formula import Formula, atoms, is_plain
 from llfsm_verify.logic.hierarchy import Form, form
@@ -97,22 +95,18 @@ def membership(formula: Formula, *, max_subsets: int = MAX_SUBSETS, simplifier: 
     `simplifier`: one that may have simplified other formulas.
     """
     shared, simple, keys = _simple(formula, simplifier)
-
-    def over(alphabet: Alphabet[L]) -> Membership:
-        translator = Translator(alphabet, keys, shared, MAX_STATES, MAX_TRANSITIONS)
-        sides = (simple, nnf(simple, negate=True))
-        finish: Callable[[Symbolic[L]], Symbolic[L]] = reduce_automaton
+    translator = Translator(alphabet_of(len(keys)), keys, shared, MAX_STATES, MAX_TRANSITIONS)
+    sides = (simple, nnf(simple, negate=True))
+    finish: Callable[[Symbolic[L]], Symbolic[L]] = reduce_automaton
+    try:
+        graph, opposite = (translator.unreduced(side, FEW_STATES, FEW_TRANSITIONS) for side in sides)
+    except AutomatonTooLarge:
         try:
-            graph, opposite = (translator.unreduced(side, FEW_STATES, FEW_TRANSITIONS) for side in sides)
+            graph, opposite = map(translator.graph, sides)
         except AutomatonTooLarge:
-            try:
-                graph, opposite = map(translator.graph, sides)
-            except AutomatonTooLarge:
-                return _by_form(form(simple))
-            finish = _as_it_is
-        return _decided(form(simple), graph, opposite, max_subsets, finish)
-
-    return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))
+            return _by_form(form(simple))
+        finish = _as_it_is
+    return _decided(form(simple), graph, opposite, max_subsets, finish)
 
 
 def closed_by_prefixes(
@@ -124,18 +118,14 @@ def closed_by_prefixes(
 ) -> bool | None:
     """Whether `formula` is a safety property: the first part of `membership`, with limits of its own."""
     simplifier, simple, keys = _simple(formula)
+    translator = Translator(alphabet_of(len(keys)), keys, simplifier, max_states, max_transitions)
 
-    def over(alphabet: Alphabet[L]) -> bool | None:
-        translator = Translator(alphabet, keys, simplifier, max_states, max_transitions)
+    def decide() -> bool:
+        graph, opposite = translator.graph(simple), translator.graph(nnf(simple, negate=True))
+        with _at_most(max_pairs):
+            return _closure_avoids(graph, opposite)
 
-        def decide() -> bool:
-            graph, opposite = translator.graph(simple), translator.graph(nnf(simple, negate=True))
-            with _at_most(max_pairs):
-                return _closure_avoids(graph, opposite)
-
-        return _unless_too_large(decide)
-
-    return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))
+    return _unless_too_large(decide)
 
 
 def _simple(formula: Formula, simplifier: Simplifier | None = None) -> tuple[Simplifier, Formula, tuple[str, ...]]:
@@ -198,17 +188,8 @@ def _decided(
 
 def _closure_avoids(graph: Symbolic[L], opposite: Symbolic[L]) -> bool:
     """Whether no word of `opposite` has only prefixes of words of `graph`."""
-
-    def successors(pair: tuple[int, int]) -> list[tuple[None, int, tuple[int, int]]]:
-        return [
-            (None, acceptance, (target, reached))
-            for label, _, target in graph.rows[pair[0]]
-            for other, acceptance, reached in opposite.rows[pair[1]]
-            if label & other
-        ]
-
-    starts = [(0, 0)] if graph.rows and opposite.rows else []
-    return find_accepting_lasso(starts, successors, opposite.sets) is None
+    rows = [[(label, 0, target) for label, _, target in row] for row in graph.rows]
+    return not share_a_word(rows, 0, opposite)
 
 
 def _is_deterministic(graph: Symbolic[L]) -> bool:

@@ -9,6 +9,7 @@ from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guard, Guards
 from llfsm_verify.automata.ltl.timed import Counter
 from llfsm_verify.automata.omega.components import components
+from llfsm_verify.automata.safety import SubsetReader
 from llfsm_verify.limits import tick
 from llfsm_verify.logic.bounds import TICK
 from llfsm_verify.logic.formula import Formula, atoms
@@ -217,45 +218,23 @@ MAX_WORK = 60_000
 """Transitions that are taken for that."""
 
 
-class CountingMonitor:
-    """Reads a word letter by letter and tells when no run of an automaton with counters is left.
+class CountingMonitor(SubsetReader):
+    """The reader of an automaton with counters.
 
-    `safety.Monitor` is the protocol. States from which no word is accepted are left out when the automaton is small:
-    bad prefixes are then found at their shortest. Otherwise some are found later, those of a safety property all the
-    same: a word without a run of an automaton without acceptance sets has a prefix without one (König's lemma).
+    States from which no word is accepted are left out when the automaton is small: bad prefixes are then found at their
+    shortest. Otherwise some are found later, those of a safety property all the same: a word without a run of an
+    automaton without acceptance sets has a prefix without one (König's lemma).
     """
 
     def __init__(self, counting: Counting) -> None:
+        super().__init__(counting)
         self._counting = counting
-        live = None if counting.is_empty else live_states(counting)
-        self.exact = counting.is_empty or live is not None
+        self._live = None if counting.is_empty else live_states(counting)
+        self.exact = counting.is_empty or self._live is not None
         """Whether every bad prefix is found at its shortest."""
-        self._live = live
-        self._sets: list[frozenset[int]] = []
-        self._numbers: dict[frozenset[int], int] = {}
-        self._steps: dict[tuple[int, int], int | None] = {}
 
-    def initial(self) -> int | None:
-        """The state before the first letter; None: the empty word is a bad prefix."""
-        if self._counting.is_empty or (self._live is not None and 0 not in self._live):
-            return None
-        return self._number(frozenset((0,)))
-
-    def step(self, state: int, letter: int) -> int | None:
-        """The state after `letter` (the mask of the atoms that hold); None: the word read so far is a bad prefix."""
-        key = (state, letter & self._counting.relevant)
-        if key not in self._steps:
-            targets = {target for q in self._sets[state] for _, target in self._counting(q, letter)}
-            if self._live is not None:
-                targets &= self._live
-            self._steps[key] = self._number(self._counting.least(targets)) if targets else None
-        return self._steps[key]
-
-    def _number(self, states: frozenset[int]) -> int:
-        number = self._numbers.setdefault(states, len(self._sets))
-        if number == len(self._sets):
-            self._sets.append(states)
-        return number
+    def _left(self, states: set[int]) -> frozenset[int]:
+        return self._counting.least(states if self._live is None else states & self._live)
 
 
 def live_states(counting: Counting) -> set[int] | None:

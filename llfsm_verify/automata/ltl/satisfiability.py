@@ -6,8 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.automata.diagrams import Diagrams
-from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables, cubes
+from llfsm_verify.automata.labels import Alphabet, L, alphabet_of, cubes
 from llfsm_verify.automata.ltl.expansion import Expansion
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.ltl.translation import automaton_of
@@ -51,25 +50,20 @@ def satisfying_word(formula: Formula, *, negate: bool = False, implies: Implicat
     if size(simple) > FEW_NODES:
         simple = simplifier.simplify(simple)
     keys = atoms(simple)
-
-    def over(alphabet: Alphabet[L]) -> Word | None:
-        bits = {key: i for i, key in enumerate(keys)}
-        expansion = Expansion(alphabet, bits, simplifier.implies, MAX_TRANSITIONS)
+    alphabet = alphabet_of(len(keys))
+    try:
+        expansion = Expansion(alphabet, {key: i for i, key in enumerate(keys)}, simplifier.implies, MAX_TRANSITIONS)
         sets, row = expansion.lazily(simple, MAX_STATES, MAX_TRANSITIONS)
         found = find_accepting_lasso([0], row, sets)
         if found is None:
             return None
         order = sorted(range(len(keys)), key=lambda i: atoms(formula).index(keys[i]))
-
-        def letters(steps: Sequence[tuple[L, int]]) -> tuple[Letter, ...]:
-            return tuple(_letter(alphabet, label, keys, order) for label, _ in steps)
-
-        return letters(found.stem), letters(found.loop)
-
-    try:
-        return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))
+        stem, loop = (
+            tuple(_letter(alphabet, label, keys, order) for label, _ in steps) for steps in (found.stem, found.loop)
+        )
     except AutomatonTooLarge:
         return accepted_word(translate(formula, negate=negate))
+    return stem, loop
 
 
 def _letter(alphabet: Alphabet[L], label: L, keys: Sequence[str], order: Sequence[int]) -> Letter:

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from typing import Generic
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
-from llfsm_verify.automata.diagrams import Diagrams
-from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables
+from llfsm_verify.automata.labels import Alphabet, L, alphabet_of
 from llfsm_verify.automata.ltl.expansion import Expansion
 from llfsm_verify.automata.omega.augmented import Augmented, augment
 from llfsm_verify.automata.omega.degeneralise import state_based
@@ -69,13 +68,9 @@ def translate(
     simple = simplifier.simplify(nnf(formula, negate))
     used = atoms(simple)
     places = [keys.index(key) for key in used]
-
-    def over(alphabet: Alphabet[L]) -> Automaton:
-        translator = Translator(alphabet, used, simplifier, max_states, max_transitions)
-        graph = closure(translator.graph(simple)) if closed else translator.smallest(simple, generalised=generalised)
-        return to_automaton(graph, keys, places)
-
-    return over(TruthTables(len(used))) if len(used) <= MAX_TABLE else over(Diagrams(len(used)))
+    translator = Translator(alphabet_of(len(used)), used, simplifier, max_states, max_transitions)
+    graph = closure(translator.graph(simple)) if closed else translator.smallest(simple, generalised=generalised)
+    return to_automaton(graph, keys, places)
 
 
 class Translator(Generic[L]):

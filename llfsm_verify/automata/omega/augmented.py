@@ -8,9 +8,8 @@ from typing import Generic
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.labels import L
 from llfsm_verify.automata.omega.components import components
-from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.subsets import Subsets
-from llfsm_verify.automata.omega.symbolic import Symbolic
+from llfsm_verify.automata.omega.symbolic import Symbolic, share_a_word
 from llfsm_verify.limits import tick
 
 
@@ -71,20 +70,9 @@ def persists(found: Augmented[L], opposite: Symbolic[L]) -> bool:
     could be continued by an accepted loop again and again. All accepted words have such a run; the language is a
     persistence property exactly when no other word has one (Boker and Kupferman).
     """
-    bit = 1 << opposite.sets
-
-    def successors(pair: tuple[int, int]) -> list[tuple[None, int, tuple[int, int]]]:
-        node, state = pair
-        steps: list[tuple[None, int, tuple[int, int]]] = []
-        here = found.component[node]
-        for label, following in found.rows[node]:
-            # Components are left forever: a run that ends in one is good when its last transitions are inside it.
-            inside = bit if found.good[node] and found.component[following] == here else 0
-            for other, acceptance, target in opposite.rows[state]:
-                if label & other:
-                    steps.append((None, acceptance | inside, (following, target)))
-        return steps
-
-    if not found.nodes or not opposite.rows:
-        return True
-    return find_accepting_lasso([(0, 0)], successors, opposite.sets + 1) is None
+    # Components are left forever: a run that ends in one is good when its last transitions are inside it.
+    rows = [
+        [(label, int(good and found.component[target] == here), target) for label, target in row]
+        for row, good, here in zip(found.rows, found.good, found.component, strict=True)
+    ]
+    return not share_a_word(rows, 1, opposite)

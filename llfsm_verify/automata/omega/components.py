@@ -1,4 +1,4 @@
-"""Strongly connected components of a finite graph."""
+"""Strongly connected components of a finite graph, and the nodes before some."""
 
 from __future__ import annotations
 
@@ -39,3 +39,19 @@ def components(successors: Sequence[Sequence[int]]) -> list[int]:
                         component[stack.pop()] = found
                     found += 1
     return component
+
+
+def reaching(targets: Sequence[Sequence[int]], goal: Sequence[bool]) -> list[bool]:
+    """The nodes of a graph from which one of `goal` can be reached: backwards from these."""
+    sources: list[list[int]] = [[] for _ in targets]
+    for state, row in enumerate(targets):
+        for target in row:
+            sources[target].append(state)
+    found = list(goal)
+    queue = [state for state, has in enumerate(found) if has]
+    for state in queue:
+        for source in sources[state]:
+            if not found[source]:
+                found[source] = True
+                queue.append(source)
+    return found

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from llfsm_verify.automata.automaton import Automaton
-from llfsm_verify.automata.diagrams import Diagrams
-from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables
+from llfsm_verify.automata.labels import L, alphabet_of
 from llfsm_verify.automata.omega.pruning import tidy, useful
 from llfsm_verify.automata.omega.simulation import bisimulation, direct_simulation, reverse_simulation
 from llfsm_verify.automata.omega.symbolic import Symbolic, from_automaton, mentioned, merged_row, narrowed, to_automaton
@@ -58,19 +57,11 @@ def _size(graph: Symbolic[L]) -> tuple[int, int]:
 def smaller(automaton: Automaton) -> Automaton:
     """The same language with fewer states, transitions and acceptance sets."""
     places = mentioned(automaton)
-
-    def over(alphabet: Alphabet[L]) -> Automaton:
-        graph = reduce_automaton(from_automaton(narrowed(automaton, places), alphabet))
-        return to_automaton(graph, automaton.atoms, places)
-
-    return over(TruthTables(len(places))) if len(places) <= MAX_TABLE else over(Diagrams(len(places)))
+    graph = reduce_automaton(from_automaton(narrowed(automaton, places), alphabet_of(len(places))))
+    return to_automaton(graph, automaton.atoms, places)
 
 
 def closure_of(automaton: Automaton) -> Automaton:
     """An automaton without acceptance sets, with an accepted word from each state; see `reduction.closure`."""
     keys = automaton.atoms
-
-    def over(alphabet: Alphabet[L]) -> Automaton:
-        return to_automaton(closure(from_automaton(automaton, alphabet)), keys, range(len(keys)))
-
-    return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))
+    return to_automaton(closure(from_automaton(automaton, alphabet_of(len(keys)))), keys, range(len(keys)))

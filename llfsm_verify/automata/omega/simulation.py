@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from llfsm_verify.automata.labels import L
+from llfsm_verify.automata.omega.refinement import coarsest
 from llfsm_verify.automata.omega.symbolic import Arc, Symbolic, kept, merged_row
 from llfsm_verify.limits import tick
 
@@ -20,47 +21,17 @@ Rows = Sequence[Sequence[Arc[L]]]
 
 def bisimulation(graph: Symbolic[L]) -> Symbolic[L]:
     """States with equal futures become one: the coarsest partition, by refinement from one class."""
-    classes = _bisimilar(graph.rows)
+
+    def step(state: int, block: Sequence[int]) -> frozenset[Arc[L]]:
+        return frozenset(merged_row((label, a, block[target]) for label, a, target in graph.rows[state]))
+
+    classes = coarsest([{target for _, _, target in row} for row in graph.rows], step, [0] * len(graph.rows))
     first: dict[int, int] = {}
     for state, number in enumerate(classes):
         first.setdefault(number, state)
     if len(first) == len(classes):
         return graph
     return _quotient(graph, [first[number] for number in classes])
-
-
-def _bisimilar(rows: Rows[L]) -> list[int]:
-    """The class of each state. Only states before those that have left their class are looked at again, and most of a
-    class keeps its number, so a chain takes a number of steps that is linear in its length."""
-    before: list[list[int]] = [[] for _ in rows]
-    for source, row in enumerate(rows):
-        for target in {target for _, _, target in row}:
-            before[target].append(source)
-    classes = [0] * len(rows)
-    sizes = [len(rows)]
-    futures: list[frozenset[Arc[L]]] = [frozenset()]
-    """By class: the row of its members, with classes for targets."""
-    due: Iterable[int] = range(len(rows))
-    while due:
-        looked: dict[int, dict[frozenset[Arc[L]], list[int]]] = {}
-        for q in due:
-            tick()
-            future = frozenset(merged_row((label, acceptance, classes[t]) for label, acceptance, t in rows[q]))
-            looked.setdefault(classes[q], {}).setdefault(future, []).append(q)
-        gone: list[int] = []
-        for number, groups in looked.items():
-            if sum(map(len, groups.values())) == sizes[number]:
-                futures[number] = max(groups, key=lambda future: len(groups[future]))
-            for future, members in groups.items():
-                if future != futures[number]:
-                    sizes[number] -= len(members)
-                    for q in members:
-                        classes[q] = len(sizes)
-                    sizes.append(len(members))
-                    futures.append(future)
-                    gone += members
-        due = sorted({source for q in gone for source in before[q]})
-    return classes
 
 
 def direct_simulation(graph: Symbolic[L]) -> Symbolic[L]:

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Generic
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
-from llfsm_verify.automata.diagrams import Diagrams
-from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, Cube, L, TruthTables
+from llfsm_verify.automata.labels import Cube, L, alphabet_of
 from llfsm_verify.automata.omega.components import components
 from llfsm_verify.automata.omega.pruning import tidy
 from llfsm_verify.automata.omega.simulation import simulating
@@ -67,26 +66,22 @@ def monitor_rows(automaton: Automaton, max_subsets: int, max_cubes: int) -> list
     `max_cubes` in all.
     """
     places = mentioned(automaton)
-
-    def over(alphabet: Alphabet[L]) -> list[list[tuple[int | None, list[Cube]]]]:
-        found = subsets(from_automaton(narrowed(automaton, places), alphabet), max_subsets, max_cubes)
-        rows: list[list[tuple[int | None, list[Cube]]]] = []
-        made = 0
-        for row in found.rows:
-            left = alphabet.true
-            for label, _ in row:
-                left = left & ~label
-            steps = [*row, *([(left, None)] if left else [])]
-            rows.append([])
-            for label, target in steps:
-                here = cubes_at(alphabet, label, places)
-                made += len(here)
-                if made > max_cubes:
-                    raise AutomatonTooLarge("transitions", max_cubes)
-                rows[-1].append((target, here))
-        return rows
-
-    return over(TruthTables(len(places))) if len(places) <= MAX_TABLE else over(Diagrams(len(places)))
+    alphabet = alphabet_of(len(places))
+    rows: list[list[tuple[int | None, list[Cube]]]] = []
+    made = 0
+    for row in subsets(from_automaton(narrowed(automaton, places), alphabet), max_subsets, max_cubes).rows:
+        left = alphabet.true
+        for label, _ in row:
+            left = left & ~label
+        steps = [*row, *([(left, None)] if left else [])]
+        rows.append([])
+        for label, target in steps:
+            here = cubes_at(alphabet, label, places)
+            made += len(here)
+            if made > max_cubes:
+                raise AutomatonTooLarge("transitions", max_cubes)
+            rows[-1].append((target, here))
+    return rows
 
 
 def regions_of(graph: Symbolic[L], members: int, made: int, max_steps: int) -> list[tuple[L, int]]:

@@ -9,6 +9,7 @@ from typing import Generic
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.labels import MAX_CUBES, Alphabet, Cube, L, cubes, of_cube
 from llfsm_verify.automata.omega.components import components
+from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 
 Arc = tuple[L, int, int]
 """A transition: the letters, the mask of its acceptance sets, the target."""
@@ -33,6 +34,21 @@ class Symbolic(Generic[L]):
     def components(self) -> list[int]:
         """The component of each state; arcs never lead to a higher number."""
         return components([[target for _, _, target in row] for row in self.rows])
+
+
+def share_a_word(left: Sequence[Sequence[Arc[L]]], sets: int, right: Symbolic[L]) -> bool:
+    """Whether some word has a run in `left`, rows with so many acceptance sets, and in `right` that both accept."""
+
+    def successors(pair: tuple[int, int]) -> list[tuple[None, int, tuple[int, int]]]:
+        return [
+            (None, acceptance << sets | own, (target, reached))
+            for label, own, target in left[pair[0]]
+            for other, acceptance, reached in right.rows[pair[1]]
+            if label & other
+        ]
+
+    starts = [(0, 0)] if left and right.rows else []
+    return find_accepting_lasso(starts, successors, sets + right.sets) is not None
 
 
 def merged_row(arcs: Iterable[Arc[L]]) -> tuple[Arc[L], ...]:

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 from llfsm_verify.automata.labels import Alphabet, L
 from llfsm_verify.automata.omega.augmented import Augmented
-from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.refinement import equivalent
 from llfsm_verify.automata.omega.subsets import Subsets
-from llfsm_verify.automata.omega.symbolic import Symbolic, kept, merged_row
+from llfsm_verify.automata.omega.symbolic import Symbolic, kept, merged_row, share_a_word
 
 
 def weak_components(found: Augmented[L], component: Sequence[int]) -> list[bool]:
@@ -29,21 +28,11 @@ def is_obligation(
     It accepts all words of the language, and just these if any deterministic weak automaton does: Dax, Eisinger and
     Klaedtke, Mechanizing the powerset construction for restricted classes of omega-automata, ATVA 2007.
     """
-    if not subsets.rows or not opposite.rows:
-        return True
-    bit = 1 << opposite.sets
-
-    def successors(pair: tuple[int, int]) -> list[tuple[None, int, tuple[int, int]]]:
-        number, state = pair
-        mark = bit if accepting[component[number]] else 0
-        return [
-            (None, acceptance | mark, (following, target))
-            for label, following in subsets.rows[number]
-            for other, acceptance, target in opposite.rows[state]
-            if label & other
-        ]
-
-    return find_accepting_lasso([(0, 0)], successors, opposite.sets + 1) is None
+    rows = [
+        [(label, int(accepting[here]), target) for label, target in row]
+        for row, here in zip(subsets.rows, component, strict=True)
+    ]
+    return not share_a_word(rows, 1, opposite)
 
 
 def minimal_weak(
