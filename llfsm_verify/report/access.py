@@ -49,14 +49,9 @@ def rights(arrangement: Arrangement) -> tuple[Right, ...]:
 
 
 def report_json(arrangement: Arrangement, digest: str) -> str:
-    """The same as text."""
-    return json.dumps(access_json(arrangement, digest), indent=2) + "\n"
-
-
-def access_json(arrangement: Arrangement, digest: str) -> dict[str, Json]:
-    """The policy and the rights; `digest` is the hash of the policy, as recordings have it."""
+    """The policy and the rights as JSON; `digest` is the hash of the policy, as recordings have it."""
     access = arrangement.access
-    return {
+    value: dict[str, Json] = {
         "arrangement": arrangement.name,
         "policy": digest,
         "levels": [] if access is None else list(access.levels),
@@ -69,6 +64,7 @@ def access_json(arrangement: Arrangement, digest: str) -> dict[str, Json]:
             if r.may or r.does
         ],
     }
+    return json.dumps(value, indent=2) + "\n"
 
 
 def access_text(arrangement: Arrangement, digest: str) -> str:

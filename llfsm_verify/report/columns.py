@@ -58,7 +58,7 @@ class Layout:
 
     def lines(self, cells: Sequence[str]) -> Iterator[str]:
         """The row of `cells` (one a column): its lines side by side, then what goes below it, with its title."""
-        wrapped = [_wrap(cells[i], self.columns[i].breaks, width) for i, width in self.widths]
+        wrapped = [wrap(cells[i], self.columns[i].breaks, width) for i, width in self.widths]
         for number in range(max(map(len, wrapped))):
             yield self._line([lines[number] if number < len(lines) else "" for lines in wrapped])
         indent = " " * (self.widths[0][1] + GAP)
@@ -68,7 +68,7 @@ class Layout:
         """What goes below a row: texts that fit side by side into a line share it."""
         line = ""
         for column, cell in ((self.columns[i], cells[i]) for i in self.below if cells[i]):
-            first, *more = _wrap(f"{column.title}: {cell}", column.breaks, room)
+            first, *more = wrap(f"{column.title}: {cell}", column.breaks, room)
             joined = f"{line}{' ' * GAP}{first}"
             if line and not more and cell_len(joined) <= room:
                 line = joined
@@ -130,16 +130,11 @@ def _forced(columns: Sequence[Column], width: int) -> list[int]:
     return [*widths[:-1], max(8, min(widths[-1], left))]
 
 
-def wrap_items(text: str, width: int) -> list[str]:
-    """Lines of at most `width` cells, broken after commas."""
-    return _wrap(text, "items", width)
-
-
 def _pieces(text: str, breaks: Breaks) -> list[str]:
     return [text] if breaks == "never" else _ITEMS.split(text) if breaks == "items" else text.split(" ")
 
 
-def _wrap(text: str, breaks: Breaks, width: int) -> list[str]:
+def wrap(text: str, breaks: Breaks, width: int) -> list[str]:
     """As many pieces a line as fit; a piece longer than a line is folded where the line ends."""
     lines: list[str] = []
     line = ""

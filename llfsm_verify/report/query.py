@@ -45,11 +45,6 @@ def query_text(answer: QueryResult, *, fold: bool = True, whole: float | None = 
         yield Text(f"  {sentence}")
 
 
-def query_json(answer: QueryResult) -> str:
-    """The answer as one JSON object (schema `query`), indented, without a final newline."""
-    return json.dumps(query_object(answer), indent=2, ensure_ascii=False)
-
-
 def query_object(answer: QueryResult) -> dict[str, Json]:
     """The answer as plain dictionaries and lists."""
     result = answer.result
@@ -77,5 +72,5 @@ def report(answer: QueryResult, _: Arrangement, style: Style) -> Iterator[Render
 
 
 def report_json(answer: QueryResult, _: Arrangement, __: Style) -> str:
-    """The report for programs, as `report.formats` knows it."""
-    return query_json(answer)
+    """The report for programs, as `report.formats` knows it: one JSON object (schema `query`)."""
+    return json.dumps(query_object(answer), indent=2, ensure_ascii=False)

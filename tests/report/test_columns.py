@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from llfsm_verify.report.columns import Column, _forced, lay_out, wrap_items
+from llfsm_verify.report.columns import Column, _forced, lay_out, wrap
 
 NAMES = ("step", "machine", "fired", "changes")
 EMPTY = (
@@ -96,7 +96,7 @@ def test_nothing_is_lost_and_nothing_is_too_wide(rows, width):
 
 @pytest.mark.parametrize("width", [8, 20, 33])
 def test_a_single_word_is_folded_only_where_no_line_holds_it(width):
-    lines = wrap_items("abcdefghijklmnop, b = 1, c = 2", width)
+    lines = wrap("abcdefghijklmnop, b = 1, c = 2", "items", width)
     assert max(map(len, lines)) <= width and (lines[0].startswith("abcdefghijklmnop,") or width == 8)
 
 

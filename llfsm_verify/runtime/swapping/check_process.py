@@ -9,8 +9,8 @@ ended when it takes more time than it has.
 from __future__ import annotations
 
 import ctypes
-import json
 import os
+import pickle
 import signal
 import time
 import traceback
@@ -31,6 +31,9 @@ from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.live.plan import runnable
 from llfsm_verify.runtime.swapping.settings import Loaded, RunSettings
 from llfsm_verify.verification.changes.state_transfer import UNKNOWN, Accepted
+
+if TYPE_CHECKING:
+    from llfsm_verify.verification.changes.update_check import Refusal
 
 GRACE = 2
 """Seconds after its limit in which the process may say so itself."""
@@ -68,7 +71,8 @@ class Check:
             try:
                 _go_to_background(supervisor)
                 close_but({0, 1, 2, self._file})
-                _write(self._file, work())
+                with os.fdopen(os.dup(self._file), "wb") as out:
+                    pickle.dump(work(), out)
             except BaseException:  # noqa: BLE001 - what is not answered is refused
                 with suppress(OSError):
                     os.write(2, traceback.format_exc().encode())
@@ -114,37 +118,16 @@ def _go_to_background(supervisor: int) -> None:
     os.nice(NICENESS)
 
 
-def _write(file: int, answer: Finding) -> None:
-    """One line of JSON, and the points one after the other."""
-    points = sorted(answer.accepted.points) if answer.accepted is not None else []
-    head = {
-        "accepted": answer.accepted is not None,
-        "reason": answer.reason,
-        "notes": answer.notes,
-        "width": len(points[0]) if points else 0,
-    }
-    with os.fdopen(os.dup(file), "wb") as out:
-        out.write(json.dumps(head).encode() + b"\n" + b"".join(points))
-
-
 def _read(file: int, status: int) -> Finding:
     with os.fdopen(os.dup(file), "rb") as told:
         told.seek(0)
-        line, data = told.readline(), told.read()
-    if not line.endswith(b"\n"):
-        how = f"signal {os.WTERMSIG(status)} ended its process" if os.WIFSIGNALED(status) else "its process failed"
-        return Finding(None, f"{UNKNOWN}: {how}", ())
-    head = json.loads(line)
-    accepted = None
-    if head["accepted"]:
-        width = head["width"]
-        points = frozenset(data[at : at + width] for at in range(0, len(data), width))
-        accepted = Accepted(points, tuple(head["notes"]))
-    return Finding(accepted, head["reason"], tuple(head["notes"]))
+        try:
+            found: Finding = pickle.load(told)  # noqa: S301 - of our own process
+        except (EOFError, pickle.UnpicklingError):
+            how = f"signal {os.WTERMSIG(status)} ended its process" if os.WIFSIGNALED(status) else "its process failed"
+            return Finding(None, f"{UNKNOWN}: {how}", ())
+    return found
 
-
-if TYPE_CHECKING:
-    from llfsm_verify.verification.changes.update_check import Refusal
 
 MOST_REFUSED = 1000
 """Recordings of refused machines beside one of a run."""

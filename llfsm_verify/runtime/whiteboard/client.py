@@ -62,17 +62,16 @@ class InputWriter:
     """
 
     def __init__(self, lent: Lent, inputs: Mapping[str, tuple[int, Choice]]) -> None:
-        self._lent: Lent | None = lent
+        self._lent = lent
         self._inputs = inputs
 
     def post(self, **values: Shown) -> None:
         """Give values to inputs, all together, from the next cycle on. PostRefused: there is no such input or value."""
-        assert self._lent is not None, "the writer is closed"
         for name in values:
             if name not in self._inputs:
                 raise PostRefused(f"this writer has no input `{name}`, only {', '.join(self._inputs)}")
         numbers = [(self._inputs[name][0], self._number(name, value)) for name, value in values.items()]
-        frame = self._lent.frame
+        frame = self._lent.next
         for place, number in numbers:
             frame[place] = number
             frame[place + 1] = 1
@@ -86,9 +85,7 @@ class InputWriter:
 
     def close(self) -> None:
         """Post no more."""
-        if self._lent is not None:
-            self._lent.close()
-            self._lent = None
+        self._lent.close()
 
     def __enter__(self) -> Self:
         return self
@@ -114,37 +111,32 @@ class Whiteboard:
 
     def __init__(self, name: str, connection: socket.socket | None = None) -> None:
         self.name = name
-        self._attached: Attached | None = None
         self._readers: dict[str, Callable[[], Shown]] = {}
         self._connection, self._received = connection or called(name, SECONDS), b""
         self._connection.settimeout(SECONDS)
-        self._greet()
-
-    def _greet(self) -> None:
-        connection = self._connection
         try:
-            line, descriptors = self._line()
-            try:
-                told = json.loads(line)
-                if isinstance(told, dict) and "error" in told:
-                    raise WhiteboardError(f"`{self.name}` does not let this process in: {told['error']}")
-                if len(descriptors) != 1:
-                    raise WhiteboardError(f"`{self.name}` is not a whiteboard")
-                self._slots = {s["name"]: Slot(**{**s, "labels": tuple(s["labels"])}) for s in told["slots"]}
-                attached = Attached(descriptors[0])
-            finally:
-                for descriptor in descriptors:
-                    os.close(descriptor)
-        except (ValueError, TypeError, KeyError, NoSegment) as error:
-            connection.close()
-            raise WhiteboardError(f"`{self.name}` is not a whiteboard: {error}") from None
-        except WhiteboardError:
-            connection.close()
+            self._slots, self._attached = self._greeted()
+        except BaseException:
+            self._connection.close()
             raise
-        if any(slot.word >= attached.words for slot in self._slots.values()):
-            connection.close()
-            raise WhiteboardError(f"`{self.name}` is not a whiteboard: its slots are not in its frames")
-        self._attached = attached
+
+    def _greeted(self) -> tuple[dict[str, Slot], Attached]:
+        line, descriptors = self._line()
+        try:
+            told = json.loads(line)
+            if isinstance(told, dict) and "error" in told:
+                raise WhiteboardError(f"`{self.name}` does not let this process in: {told['error']}")
+            if len(descriptors) != 1:
+                raise WhiteboardError(f"`{self.name}` is not a whiteboard")
+            slots = {s["name"]: Slot(**{**s, "labels": tuple(s["labels"])}) for s in told["slots"]}
+            attached = Attached(descriptors[0])
+            if any(slot.word >= attached.words for slot in slots.values()):
+                raise NoSegment("its slots are not in its frames")
+        except (ValueError, TypeError, KeyError, NoSegment) as error:
+            raise WhiteboardError(f"`{self.name}` is not a whiteboard: {error}") from None
+        finally:
+            _close(descriptors)
+        return slots, attached
 
     def _line(self) -> tuple[bytes, list[int]]:
         descriptors: list[int] = []
@@ -156,8 +148,7 @@ class Whiteboard:
             descriptors += more
             self._received += data
             if not data or len(self._received) > MOST_BYTES:
-                for descriptor in descriptors:
-                    os.close(descriptor)
+                _close(descriptors)
                 raise WhiteboardError(f"the server of `{self.name}` is gone, or does not answer")
         line, _, self._received = self._received.partition(b"\n")
         return line, descriptors
@@ -170,13 +161,11 @@ class Whiteboard:
     @property
     def period(self) -> float:
         """Seconds of a cycle; 0: it runs as fast as it goes."""
-        assert self._attached is not None
         return self._attached.period / 1e9
 
     @property
     def latest(self) -> int:
         """The number of the newest frame; 0: there is none yet."""
-        assert self._attached is not None, "the whiteboard is closed"
         return self._attached.latest
 
     def fileno(self) -> int:
@@ -214,14 +203,12 @@ class Whiteboard:
         """A fast function that reads one slot."""
         self._known([name])
         self._newest()
-        assert self._attached is not None, "the whiteboard is closed"
         value, word = self._slots[name].reader(), self._attached.reader(self._slots[name].word)
         self._readers[name] = lambda: value(word())
         return self._readers[name]
 
     def _newest(self) -> list[int]:
         """The newest frame, after a moment of patience when the run has only just begun."""
-        assert self._attached is not None, "the whiteboard is closed"
         until = time.monotonic() + SECONDS if SECONDS is not None else math.inf
         while (frame := self._attached.newest()) is None:
             if time.monotonic() >= until or self.is_gone:
@@ -242,20 +229,18 @@ class Whiteboard:
 
         PostRefused: there is no such input, it belongs to another process, or no memory is left to lend.
         """
-        answer, descriptors = self._asked({"write": list(inputs)})
+        answer, descriptor = self._lent({"write": list(inputs)})
         try:
             match answer:
-                case {"words": int(words), "places": dict(places)} if len(descriptors) == 1:
-                    lent = Lent(descriptors[0], words)
+                case {"words": int(words), "places": dict(places)}:
                     slots = {name: (int(str(place)), self._slots[name].choice) for name, place in places.items()}
-                    return InputWriter(lent, slots)
+                    return InputWriter(Lent(descriptor, words), slots)
                 case _:
-                    raise WhiteboardError(f"the server of `{self.name}` does not answer what was asked")
+                    raise self._unanswered()
         except (NoSegment, ValueError, KeyError) as error:
             raise WhiteboardError(f"the server of `{self.name}` lends nothing: {error}") from None
         finally:
-            for descriptor in descriptors:
-                os.close(descriptor)
+            os.close(descriptor)
 
     def command(self, kind: str, target: str, value: Shown | None = None) -> int:
         """Let an operator's command come: ``suspend``, ``resume``, ``restart``, ``load``, ``load_suspended`` or
@@ -269,7 +254,7 @@ class Whiteboard:
             given.append(value if isinstance(value, bool | int | str) else str(value))
         frame = self._ask({"command": given}, patient=True).get("frame")
         if not isinstance(frame, int):
-            raise WhiteboardError(f"the server of `{self.name}` does not answer what was asked")
+            raise self._unanswered()
         return frame
 
     def send(self, request: dict[str, Json]) -> None:
@@ -318,14 +303,13 @@ class Whiteboard:
         match self._ask(request, patient=True):
             case {"frame": int(frame), "notes": [*notes]}:
                 return Replaced(frame, tuple(map(str, notes)))
-        raise WhiteboardError(f"the server of `{self.name}` does not answer what was asked")
+        raise self._unanswered()
 
     def subscribe(self, *slots: str) -> Subscription:
         """Frames one after the other, from the newest one on; only those in which one of the slots changed, if any are
         named. KeyError: there is no such slot; WhiteboardError: there are too many subscribers.
         """
         self._known(slots)
-        assert self._attached is not None, "the whiteboard is closed"
         of = {name: self._slots[name] for name in slots or self._slots}
         woken = self._woken()
         return Subscription(self._attached, woken, self._connection, self.is_running, self.period, of)
@@ -335,18 +319,16 @@ class Whiteboard:
 
         WhiteboardError: there are too many subscribers.
         """
-        assert self._attached is not None, "the whiteboard is closed"
         return Frames(self._attached, self._woken(), self._connection, self.is_running, self.period)
 
     def _woken(self) -> Woken:
         """A socket that gets a datagram after each frame."""
-        answer, descriptors = self._asked({"subscribe": True})
-        match answer:
-            case {"socket": int(number)} if len(descriptors) == 1:
-                return Woken(socket.socket(fileno=descriptors[0]), lambda: self._unsubscribe(number))
-        for descriptor in descriptors:
+        answer, descriptor = self._lent({"subscribe": True})
+        number = answer.get("socket")
+        if not isinstance(number, int):
             os.close(descriptor)
-        raise WhiteboardError(f"the server of `{self.name}` does not answer what was asked")
+            raise self._unanswered()
+        return Woken(socket.socket(fileno=descriptor), lambda: self._unsubscribe(number))
 
     def _unsubscribe(self, number: int) -> None:
         with suppress(WhiteboardError):  # the server is gone
@@ -354,7 +336,6 @@ class Whiteboard:
 
     def is_running(self) -> bool:
         """Whether another frame may come."""
-        assert self._attached is not None, "the whiteboard is closed"
         frame = self._attached.newest()
         return (frame is None or ENDINGS[frame[ENDING]] == "running") and not self.is_gone
 
@@ -377,36 +358,47 @@ class Whiteboard:
     def _ask(self, request: dict[str, Json], *, patient: bool = False) -> dict[str, Json]:
         """What the server answers. PostRefused: it refuses."""
         answer, descriptors = self._asked(request, patient=patient)
-        for descriptor in descriptors:
-            os.close(descriptor)
+        _close(descriptors)
         return answer
 
+    def _lent(self, request: dict[str, Json]) -> tuple[dict[str, Json], int]:
+        """What the server answers, with a descriptor, which the caller closes."""
+        answer, descriptors = self._asked(request)
+        if len(descriptors) != 1:
+            _close(descriptors)
+            raise self._unanswered()
+        return answer, descriptors[0]
+
     def _asked(self, request: dict[str, Json], *, patient: bool = False) -> tuple[dict[str, Json], list[int]]:
-        """What the server answers, with descriptors, which the caller closes."""
         self.send(request)
         if patient:
             self._connection.settimeout(None)
         line, descriptors = self._line()
         answer = _answer(line)
         if "error" in answer:
-            for descriptor in descriptors:
-                os.close(descriptor)
+            _close(descriptors)
             raise PostRefused(str(answer["error"]))
         return answer, descriptors
+
+    def _unanswered(self) -> WhiteboardError:
+        return WhiteboardError(f"the server of `{self.name}` does not answer what was asked")
 
     def close(self) -> None:
         """Read no more, and give up inputs."""
         self._connection.close()
-        if self._attached is not None:
-            self._attached.close()
-            self._attached = None
-            self._readers.clear()
+        self._attached.close()
+        self._readers.clear()
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _close(descriptors: Iterable[int]) -> None:
+    for descriptor in descriptors:
+        os.close(descriptor)
 
 
 def _answer(line: bytes) -> dict[str, Json]:

@@ -80,11 +80,12 @@ class Writers:
         """Where the loop copies a lent segment to."""
         return self._copies[self._segments.index(segment)]
 
-    def newest_of(self, segment: Segment) -> ctypes.Array[ctypes.c_int64]:
+    def newest_of(self, segment: Segment) -> Sequence[int]:
         """The newest frame of a lent segment. It is looked at once, since its writer can write anything there and
         leave it; where it is not whole, it is what the loop has read last.
         """
-        return segment.glance() or self.copy_of(segment)
+        number = segment.latest
+        return (segment.frame(number) if number else None) or [*self.copy_of(segment)]
 
     @property
     def nothing(self) -> int:
@@ -287,8 +288,9 @@ class Posts:
         with self._lock:
             segment = self._lent.get(name)
             lent = None if segment is None else self._writers.newest_of(segment)
-            frame = self._frame if lent is None or not lent[word + 1] else lent
-            return frame[word] if frame[word + 1] else None
+            if lent is not None and lent[word + 1]:
+                return lent[word]
+            return self._frame[word] if self._frame[word + 1] else None
 
     def _publish(self) -> None:
         self._frame[0] += 1

@@ -14,6 +14,7 @@ import os
 import secrets
 import weakref
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from functools import cache
 
 from llfsm_verify.backends.native.machine_code import MachineCode
@@ -85,7 +86,42 @@ class Mapped:
         self._unmap()
 
 
-class Segment:
+class _Frames:
+    """Frames in mapped memory. ValueError of all but `close`: it is unmapped, and machine code that reads or writes
+    there would end the process."""
+
+    def __init__(self, descriptor: int, words: int, access: int) -> None:
+        self.words = words
+        self._mapped = Mapped(descriptor, segment_words(words) * 8, access)
+
+    @property
+    def address(self) -> int:
+        """Where it is mapped."""
+        if self._mapped.closed:
+            raise ValueError("the segment is closed")
+        return self._mapped.address
+
+    @property
+    def latest(self) -> int:
+        """The number of the newest frame; 0: there is none yet."""
+        return ctypes.c_int64.from_address(self.address + 8 * generations.NEWEST).value
+
+    def newest(self) -> list[int] | None:
+        """The newest frame; None: there is none yet."""
+        copy = (ctypes.c_int64 * self.words)()
+        return list(copy) if code().newest(self.address, copy, self.words) else None
+
+    def frame(self, number: int) -> list[int] | None:
+        """The frame of this number; None: there is none yet, or it has been overwritten."""
+        copy = (ctypes.c_int64 * self.words)()
+        return list(copy) if code().frame(self.address, copy, self.words, number) else None
+
+    def close(self) -> None:
+        """Unmap it."""
+        self._mapped.close()
+
+
+class Segment(_Frames):
     """A segment of this process, for frames of so many words. `epoch` tells it from one of an earlier start.
 
     From then on nothing is compiled to read or write it, in this process and those that it forks.
@@ -94,15 +130,12 @@ class Segment:
 
     def __init__(self, name: str, words: int, period: int = 0, *, lent: bool = False) -> None:
         code()
-        self.words = words
         self.period = period
         self.epoch = secrets.randbits(63)
-        size = segment_words(words) * 8
         self.descriptor = os.memfd_create(f"llfsm-{name}"[:200], os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
         try:
-            os.ftruncate(self.descriptor, size)
-            self._mapped = Mapped(self.descriptor, size, mmap.PROT_READ | mmap.PROT_WRITE)
-            self.address = self._mapped.address
+            os.ftruncate(self.descriptor, segment_words(words) * 8)
+            super().__init__(self.descriptor, words, mmap.PROT_READ | mmap.PROT_WRITE)
             header = (ctypes.c_int64 * generations.HEADER_WORDS).from_address(self.address)
             for word, value in (
                 (MAGIC, MAGIC_NUMBER), (VERSION, FORMAT_VERSION), (WORDS, words), (EPOCH, self.epoch),
@@ -116,30 +149,16 @@ class Segment:
 
     def publish(self, frame: Sequence[int]) -> None:
         """Make a frame the newest one; its first word is its number, one more than that of the last."""
-        _still(self._mapped)
         code().publish(self.address, (ctypes.c_int64 * self.words)(*frame), self.words)
-
-    def newest(self) -> list[int] | None:
-        """The newest frame; None: there is none yet."""
-        _still(self._mapped)
-        copy = (ctypes.c_int64 * self.words)()
-        return list(copy) if code().newest(self.address, copy, self.words) else None
-
-    def glance(self) -> ctypes.Array[ctypes.c_int64] | None:
-        """The newest frame, if it is whole at the first look."""
-        _still(self._mapped)
-        copy = (ctypes.c_int64 * self.words)()
-        number = ctypes.c_int64.from_address(self.address + 8 * generations.NEWEST).value
-        return copy if number and code().frame(self.address, copy, self.words, number) else None
 
     def close(self) -> None:
         """Others keep what they have; the loop must not use the segment any more."""
         if not self._mapped.closed:  # else the number may be another file's descriptor by now
-            self._mapped.close()
+            super().close()
             os.close(self.descriptor)
 
 
-class Attached:
+class Attached(_Frames):
     """A segment of another process, mapped for reading.
 
     NoSegment: the descriptor is not one of a sealed segment, or of another version.
@@ -155,50 +174,25 @@ class Attached:
         size = os.fstat(descriptor).st_size
         if size < generations.HEADER_WORDS * 8:
             raise NoSegment("it has no header")
-        self._mapped = Mapped(descriptor, size, mmap.PROT_READ)
-        self._address = self._mapped.address
-        header = (ctypes.c_int64 * generations.HEADER_WORDS).from_address(self._address)
+        with closing(Mapped(descriptor, generations.HEADER_WORDS * 8, mmap.PROT_READ)) as head:
+            header: list[int] = [*(ctypes.c_int64 * generations.HEADER_WORDS).from_address(head.address)]
         if header[MAGIC] != MAGIC_NUMBER or header[VERSION] != FORMAT_VERSION:
-            self._mapped.close()
             raise NoSegment("it is not a whiteboard of this version")
-        self.words, self.epoch, self.server, self.period = (header[i] for i in (WORDS, EPOCH, SERVER, PERIOD))
-        if not 1 <= self.words <= MOST_WORDS or segment_words(self.words) * 8 != size:
-            self._mapped.close()
+        words, self.epoch, self.server, self.period = (header[i] for i in (WORDS, EPOCH, SERVER, PERIOD))
+        if not 1 <= words <= MOST_WORDS or segment_words(words) * 8 != size:
             raise NoSegment("its size is not that of its frames")
-        self._copy = (ctypes.c_int64 * self.words)()
-
-    def newest(self) -> list[int] | None:
-        """The newest frame; None: there is none yet."""
-        _still(self._mapped)
-        number = code().newest(self._address, self._copy, self.words)
-        return list(self._copy) if number else None
+        super().__init__(descriptor, words, mmap.PROT_READ)
 
     def reader(self, number: int) -> Callable[[], int]:
         """A function that reads one word of the newest frame, which there is. Not to be used after `close`."""
-        _still(self._mapped)
-        word, address, words = code().word, self._address, self.words
+        word, address, words = code().word, self.address, self.words
         return lambda: word(address, words, number)
 
     kept = generations.GENERATIONS
     """So many of the last frames are there."""
 
-    def frame(self, number: int) -> list[int] | None:
-        """The frame of this number; None: there is none yet, or it has been overwritten."""
-        _still(self._mapped)
-        return list(self._copy) if code().frame(self._address, self._copy, self.words, number) else None
 
-    @property
-    def latest(self) -> int:
-        """The number of the newest frame; 0: there is none yet."""
-        _still(self._mapped)
-        return ctypes.c_int64.from_address(self._address + 8 * generations.NEWEST).value
-
-    def close(self) -> None:
-        """Unmap it."""
-        self._mapped.close()
-
-
-class Lent:
+class Lent(_Frames):
     """A segment of another process that this one writes. NoSegment: the descriptor is not one of a lent segment."""
 
     def __init__(self, descriptor: int, words: int) -> None:
@@ -208,24 +202,11 @@ class Lent:
             raise NoSegment("it is not memory that can be sealed") from None
         if seals & FIXED != FIXED or os.fstat(descriptor).st_size != segment_words(words) * 8:
             raise NoSegment("its size is not that of its frames, or may change")
-        self._mapped = Mapped(descriptor, segment_words(words) * 8, mmap.PROT_READ | mmap.PROT_WRITE)
-        self._words = words
-        self._address = self._mapped.address
-        self.frame = (ctypes.c_int64 * words)()
+        super().__init__(descriptor, words, mmap.PROT_READ | mmap.PROT_WRITE)
+        self.next = (ctypes.c_int64 * words)()
         """The frame that is being made."""
 
     def publish(self) -> None:
         """Make the frame the newest one."""
-        _still(self._mapped)
-        self.frame[0] += 1
-        code().publish(self._address, self.frame, self._words)
-
-    def close(self) -> None:
-        """Unmap it."""
-        self._mapped.close()
-
-
-def _still(mapped: Mapped) -> None:
-    """ValueError: it is unmapped, and machine code that reads or writes there would end the process."""
-    if mapped.closed:
-        raise ValueError("the segment is closed")
+        self.next[0] += 1
+        code().publish(self.address, self.next, self.words)

@@ -233,10 +233,10 @@ def test_a_writer_that_writes_nonsense_is_not_waited_for() -> None:
         wait_for(board, "n", -2)
         for number in range(200):
             if number % 2:
-                place = random.randrange(segment_words(len(lent.frame))) * 8
-                ctypes.c_uint64.from_address(lent._address + place).value = random.getrandbits(64)
+                place = random.randrange(segment_words(len(lent.next))) * 8
+                ctypes.c_uint64.from_address(lent.address + place).value = random.getrandbits(64)
             else:
-                lent.frame[random.randrange(len(lent.frame))] = random.randrange(-(1 << 63), 1 << 63)
+                lent.next[random.randrange(len(lent.next))] = random.randrange(-(1 << 63), 1 << 63)
                 lent.publish()
             before = loop.number
             while loop.number < before + 2:
@@ -257,14 +257,14 @@ def test_a_frame_that_never_comes_is_not_waited_for() -> None:
         place = shared.posts.place("level")
         writer = Lent(lent.descriptor, lent.words)
         assert shared.posts.posted("level") is None
-        writer.frame[place], writer.frame[place + 1] = 2, 1
+        writer.next[place], writer.next[place + 1] = 2, 1
         writer.publish()
         assert shared.posts.posted("level") == 2
         loop.begin(0)
         loop.go(1)  # reads it
         newest = 8 * generations.NEWEST
         for number in (2, 5, -1, 1 << 62):
-            ctypes.c_int64.from_address(writer._address + newest).value = number
+            ctypes.c_int64.from_address(writer.address + newest).value = number
             assert lent.newest() is None
             assert shared.posts.posted("level") == 2  # as the loop has read it
             following.posts.adopt(shared.posts)
