@@ -111,6 +111,8 @@ class EngineOption(EngineFeature):
     """The option without which it means nothing."""
     alone: str = ""
     """What it is about, where that option is missing: the rest of a sentence, with {} for that option."""
+    sole: bool = False
+    """The engine that takes it is then the only one that `auto` asks: no limit of ours is to end its search."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,13 +7,13 @@ docs/decisions/0016-vacuity.md).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Literal, TypeVar
 
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Diagnostic, Span
-from llfsm_verify.kripke.labels.wide import InputNote
+from llfsm_verify.kripke.labels.sizes import InputNote
 from llfsm_verify.limits import Limits
 from llfsm_verify.program.program import FaultSite
 
@@ -337,7 +337,3 @@ class Options:
     def of(self, kind: type[T]) -> T:
         """What the engines with these options are told; where nothing is, what is usual: ``kind()``."""
         return next((each for each in self.own if isinstance(each, kind)), None) or kind()
-
-    def told(self, own: object) -> Options:
-        """The same, with this told to an engine in place of what was."""
-        return replace(self, own=(*(each for each in self.own if type(each) is not type(own)), own))

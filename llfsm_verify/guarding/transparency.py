@@ -14,7 +14,8 @@ from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.diagnostics import DiagnosticError, Disagreement
 from llfsm_verify.guarding.wanted import Names
 from llfsm_verify.kripke.explore import MAX_ROOTS
-from llfsm_verify.kripke.labels.wide import is_wide, labels_of
+from llfsm_verify.kripke.labels.sizes import is_wide
+from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.transforms.lockstep import MARK, Lockstep, Unlike, lockstep

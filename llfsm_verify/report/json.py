@@ -14,7 +14,7 @@ from llfsm_verify.checking.verdict import Attempt, FaultFinding, PropertyResult,
 from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.fileformat import FORMAT
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.kripke.labels.wide import InputNote
+from llfsm_verify.kripke.labels.sizes import InputNote
 from llfsm_verify.report.cycles import moments
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.wording import verdict_text

@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 
     from llfsm_verify.checking.verdict import Proof
 
-BOUNDED = "bmc"
-"""The engine that looks at runs of bounded length alone."""
 STYLES = {Verdict.HOLDS: "green", Verdict.VIOLATED: "bold red", Verdict.UNKNOWN: "yellow"}
 
 
@@ -102,7 +100,9 @@ def result_text(
     yield from (Text(input_text(note)) for note in result.exploration.inputs)
     yield from (Text(f"Note: {note}.") for note in result.notes)
     verdicts = {result.faults.verdict, *(item.verdict for item in result.properties)}
-    if result.engine == BOUNDED and Verdict.UNKNOWN in verdicts:
+    explored = result.exploration
+    is_bounded = explored.depth is not None and explored.complete is False and not result.attempts
+    if is_bounded and Verdict.UNKNOWN in verdicts:
         yield Text("`--engine auto` also asks engines that do not bound the length of runs.")
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from llfsm_verify.checking.trace import Event, Trace, TraceStep
 from llfsm_verify.checking.verdict import NO_RUN, Attempt, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import counted
-from llfsm_verify.kripke.labels.wide import InputNote
+from llfsm_verify.kripke.labels.sizes import InputNote
 from llfsm_verify.program.program import FaultSite
 
 MOST_NAME = 60

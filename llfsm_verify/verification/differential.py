@@ -15,7 +15,6 @@ from threading import Event
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.verdict import Options, Progress, Result, Verdict
 from llfsm_verify.diagnostics import Disagreement
-from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.kept import keep_waiting
 from llfsm_verify.limits import default_memory
 from llfsm_verify.verification.portfolio import EACH_ENGINE, Merging, Stage, has_no_bounds, limit_options
@@ -171,7 +170,6 @@ class _Worker:
         memory = (default_memory() if limits.memory is None else limits.memory) // AT_ONCE
         limits = replace(limits.within(timeout), memory=memory)
         here = replace(self._options, limits=limits, progress=None, decided=None, tell=None)
-        here = here.told(replace(here.of(ExplicitOptions), checkpoint=None))
         return limit_options(self._stage, here, endless=self._endless)
 
     def interrupt(self) -> None:

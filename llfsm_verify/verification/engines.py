@@ -138,6 +138,13 @@ class Engines(Registry[Callable[..., object]]):
         made = (each.made(given) for each in self.classes())
         return tuple(each for each in made if each != type(each)())
 
+    def sole(self, told: Iterable[object]) -> str | None:
+        """The engine that takes a `sole` option which is set in these, of `Options.own`; None: none is set."""
+        options = ((each, o) for each in told if isinstance(each, EngineOptions) for o in each.OPTIONS if o.sole)
+        name = next((o.name for each, o in options if getattr(each, o.name) != o.default), None)
+        entries = (e for e in map(self.entry, self) if name is not None and e.takes(name) and not e.asks_others)
+        return next((e.name for e in entries), None)
+
     def takers(self, option: str) -> str:
         """The engines that take an option themselves: ``bmc, induction and pdr``."""
         entries = map(self.entry, self)

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.verdict import FAULTS, Attempt, FaultResult, Options, PropertyResult, Result, Verdict
 from llfsm_verify.collector import collect_everything
-from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.limits import reached
 from llfsm_verify.program.program import Program, Unbounded
 from llfsm_verify.verification.engines import ENGINES, Engines, Turn
@@ -55,16 +54,15 @@ class AutoEngine:
         self._stages = STAGES if stages is None else stages
 
     def check(self, problem: Problem, options: Options) -> Result:
-        """As the engines do. The result is that of `explicit` alone where no other was asked.
-
-        A search that is saved now and then is one that may take long: no limit of ours ends it.
-        """
-        if options.of(ExplicitOptions).checkpoint is not None:
-            return self._find("explicit")(problem, options)
+        """As the engines do. The result is that of the first engine alone where no other was asked."""
+        sole = ENGINES.sole(options.own)
+        if sole is not None:
+            return self._find(sole)(problem, options)
         started = time.monotonic()
         merging = Merging(problem, faults=options.faults)
         program = problem.program()
-        stopped, endless = set[str](), has_no_bounds(program)  # which of our limits did, as engines say it
+        endless = has_no_bounds(program)
+        stopping: dict[str, set[str]] = {}  # by engine: which of our limits stopped it, as it says it
         skips_brief = len(program.slots) > MOST_SLOTS or asks_more(problem, options)
         for stage in self._stages:
             left = _left(options, time.monotonic() - started)
@@ -74,6 +72,7 @@ class AutoEngine:
                 continue
             wanted = limit_options(stage, left or options, endless=endless)
             unlimited = stage.turn.most is None
+            stopped = stopping.get(stage.engine, set())
             if stage.turn.again and (not stopped or stopped & _ours(wanted, options) or (unlimited and endless)):
                 continue
             if merging.asked:
@@ -87,8 +86,7 @@ class AutoEngine:
                     continue
                 break  # what is known by now is not lost
             merging.add(stage.engine, result)
-            if stage.engine == "explicit":
-                stopped = _ours(wanted, options).intersection(merging.last.reasons)
+            stopping[stage.engine] = _ours(wanted, options).intersection(merging.last.reasons)
             if result.interrupted:
                 break
         return merging.result(NAME, time.monotonic() - started)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Collection
 
 import pytest
 
+from llfsm_verify.verification.engines import ENGINES
 from tools import structure
 
 
@@ -27,6 +29,25 @@ def test_deferred_imports_and_those_for_types_count():
         "import b",
         "from c import d",
     }
+
+
+def engines_named(tree: ast.Module, names: Collection[str]) -> list[str]:
+    """Names of engines that stand as texts in a module."""
+    found = (node.value for node in ast.walk(tree) if isinstance(node, ast.Constant))
+    return [value for value in found if isinstance(value, str) and value in names]
+
+
+def test_no_engine_is_known_by_its_name():
+    names = [name for name in ENGINES if not ENGINES.entry(name).asks_others]
+    assert len(names) == 4
+    assert engines_named(ast.parse("if stage.engine == 'explicit':\n    pass"), names) == ["explicit"]
+    own = ("llfsm_verify.engines.", "llfsm_verify.verification.engines")
+    known = {
+        module: named
+        for module, path in structure.modules().items()
+        if not module.startswith(own) and (named := engines_named(structure.parsed(path), names))
+    }
+    assert known == {}
 
 
 @pytest.mark.slow

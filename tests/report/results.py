@@ -16,7 +16,7 @@ from llfsm_verify.checking.verdict import (
     Verdict,
 )
 from llfsm_verify.diagnostics import Source, Span
-from llfsm_verify.kripke.labels.wide import InputNote
+from llfsm_verify.kripke.labels.sizes import InputNote
 from llfsm_verify.program.program import FaultSite
 
 SOURCE = Source("props.ltl", "good: G a\nbad: G !(x == 3)\nopen: F b\n")

@@ -11,7 +11,7 @@ import pytest
 from llfsm_verify.analysis.lint.finding import Finding, LintResult, OpenQuestion, Witness
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
-from llfsm_verify.kripke.labels.wide import InputNote
+from llfsm_verify.kripke.labels.sizes import InputNote
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.lint import json as programs
 from llfsm_verify.report.lint import text as people

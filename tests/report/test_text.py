@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.text import Text
 
 from llfsm_verify.checking.trace import Cause, Change, Trace
+from llfsm_verify.checking.verdict import Exploration
 from llfsm_verify.report.cycles import Times
 from llfsm_verify.report.steptable import Listed
 from llfsm_verify.report.text import result_text
@@ -137,8 +138,9 @@ def test_what_follows_the_traces():
 
 def test_an_engine_of_bounded_runs_names_one_that_is_not():
     auto = "`--engine auto` also asks engines"
-    assert auto in printed(replace(result(OPEN), engine="bmc")) and auto not in printed(result(OPEN))
-    assert auto not in printed(replace(result(BAD), engine="bmc"))
+    bounded = Exploration(complete=False, depth=60)
+    assert auto in printed(replace(result(OPEN), exploration=bounded)) and auto not in printed(result(OPEN))
+    assert auto not in printed(replace(result(BAD), exploration=bounded))
 
 
 def test_quiet_leaves_out_traces_and_summary():

@@ -7,7 +7,7 @@ from typing import Literal
 
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Span
-from llfsm_verify.kripke.labels.wide import InputNote
+from llfsm_verify.kripke.labels.sizes import InputNote
 
 Level = Literal["warning", "note"]
 Proof = Literal["local", "reachable", "run", "ranges", "text"]

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 from llfsm_verify.checking.reach import Reachable, schedule_of
 from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.kripke.graph import FIRST_BYTES, NUMBER_BYTES, OVERFLOW
-from llfsm_verify.kripke.labels.wide import WIDE, InputNote, labels_of
+from llfsm_verify.kripke.labels.sizes import WIDE, InputNote
+from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program, Unbounded, Var

@@ -62,7 +62,7 @@ class ExplicitOptions(EngineOptions):
             help="explore wide inputs by classes of values instead of value by value",
         ),
         EngineOption(
-            "checkpoint", "--checkpoint", kind=FILE,
+            "checkpoint", "--checkpoint", kind=FILE, sole=True,
             help="save a long search there at intervals, and when a limit ends it",
         ),
         EngineOption(

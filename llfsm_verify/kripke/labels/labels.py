@@ -10,7 +10,7 @@ from llfsm_verify.backends.native.executor import Edge
 from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import Interpreter, evaluate
 from llfsm_verify.kripke.labels.planning import Decided, Planner, Split
-from llfsm_verify.kripke.labels.wide import InputNote, is_wide, size
+from llfsm_verify.kripke.labels.sizes import InputNote, is_wide, size
 from llfsm_verify.kripke.observing import move_of
 from llfsm_verify.program.labelling import Classes, label_program
 from llfsm_verify.program.moves import Move

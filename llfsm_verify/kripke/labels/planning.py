@@ -20,7 +20,7 @@ from llfsm_verify.backends.smt.classes import Class, Group
 from llfsm_verify.backends.smt.relation import Terms
 from llfsm_verify.backends.smt.solver import GaveUp, SolverBudget
 from llfsm_verify.kripke.labels.candidates import candidates, suggest
-from llfsm_verify.kripke.labels.wide import WIDE, is_wide, size
+from llfsm_verify.kripke.labels.sizes import WIDE, is_wide, size
 from llfsm_verify.program.labelling import Classes, Plan
 from llfsm_verify.program.outcomes import (
     PREFIX,

@@ -16,7 +16,7 @@ from llfsm_verify.analysis.lint.reach import Reach, worthwhile_cone
 from llfsm_verify.analysis.lint.run import lint
 from llfsm_verify.arrangement import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.kripke.labels import wide as sizes
+from llfsm_verify.kripke.labels import sizes
 from llfsm_verify.limits import Limits
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.transforms.probing import probed

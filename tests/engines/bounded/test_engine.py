@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from unittest.mock import patch
 
 import pytest
@@ -112,7 +113,7 @@ def test_a_monitor_of_too_many_letters_is_not_written_out():
 def test_the_result_says_whether_vacuity_was_asked_for(options, asked):
     lights = load_arrangement("models/traffic_lights/arrangement.yaml")
     lines = parse_properties([Source("p.ltl", "F ew@GREEN")])
-    result = bmc(bind(lights, lines), options.told(UnrolledOptions(depth=1)))
+    result = bmc(bind(lights, lines), replace(options, own=(UnrolledOptions(depth=1),)))
     assert (result.strict, result.asked_vacuity) == (options.strict, asked)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,7 @@ from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit import engine
 from llfsm_verify.engines.explicit.options import ExplicitOptions
-from llfsm_verify.kripke.labels import wide as sizes
+from llfsm_verify.kripke.labels import sizes
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.logic.properties import parse_properties
@@ -61,7 +62,7 @@ def agreed(count: int, width: Width, kind: str) -> None:
         if not bound.properties:
             return
         options = Options(Limits(max_states=300))
-        plain = checker("explicit")(bound, options.told(ExplicitOptions(labels=False)))
+        plain = checker("explicit")(bound, replace(options, own=(ExplicitOptions(labels=False),)))
         split = checker("explicit")(bound, options)
         if not plain.complete or not split.complete:
             tally["too large"] += 1

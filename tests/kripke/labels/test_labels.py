@@ -15,8 +15,7 @@ from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.backends.smt import classes as solving
 from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.kripke.labels import reaching
-from llfsm_verify.kripke.labels import wide as sizes
+from llfsm_verify.kripke.labels import reaching, sizes
 from llfsm_verify.kripke.labels.labels import Labels
 from llfsm_verify.kripke.labels.planning import Planner, Split, filled_in
 from llfsm_verify.kripke.labels.wide import labels_of

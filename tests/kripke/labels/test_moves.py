@@ -11,7 +11,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.kripke.explore import Explorer
-from llfsm_verify.kripke.labels import wide as sizes
+from llfsm_verify.kripke.labels import sizes
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.kripke.observing import Observer
 from llfsm_verify.limits import Budget, Limits

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import Problem, bind
-from llfsm_verify.kripke.labels import wide as sizes
+from llfsm_verify.kripke.labels import sizes
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.semantics.lowering import lower
