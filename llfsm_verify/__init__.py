@@ -120,6 +120,11 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:  # a type checker shall find a name that there is not
-    from llfsm_verify.lazily import lazily
 
-    __getattr__, __dir__ = lazily(__name__, _ROOMS)
+    def __getattr__(name: str) -> object:
+        from llfsm_verify.lazily import imported
+
+        return imported(__name__, _ROOMS, name)
+
+    def __dir__() -> list[str]:
+        return sorted({*globals(), *__all__})

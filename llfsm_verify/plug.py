@@ -1,24 +1,69 @@
 """What an extension, or another package, may know of us besides the front door: the protocols of what can be added.
 
-An engine, a kind of port, a reader of logs, a format of timelines, a report and a front end of the debugger each have
-a registry, an entry and a protocol here. As in the front door, each name is imported when it is first
-asked for. There is no target yet.
+An engine, a kind of port, a reader and a writer of arrangements, a report, a reader of logs, a format of timelines, a
+drawing and a front end of the debugger each have a registry, an entry and a protocol here; docs/plugs.md has an example
+of each. As in the front door, each name is imported when it is first asked for. Lint rules have no registry, and
+targets do not exist yet.
 """
 
 from __future__ import annotations
 
+from llfsm_verify.lazily import imported
+
 TYPE_CHECKING = False  # as in the front door
 
 if TYPE_CHECKING:
+    from llfsm_verify.arrangement.draft import (
+        UNREADABLE,
+        ArrangementDraft,
+        Draft,
+        InstanceDraft,
+        MachineDraft,
+        ParameterDraft,
+        ProcessDraft,
+        StateDraft,
+        TransitionDraft,
+        VariableDraft,
+        WhiteboardDraft,
+    )
+    from llfsm_verify.arrangement.files import read_named, read_source
+    from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS
+    from llfsm_verify.arrangement.formats import Given as GivenArrangement
+    from llfsm_verify.arrangement.formats.reading import MACHINES, Reading
+    from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
+    from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
+    from llfsm_verify.automata.omega.moves import Lazy, moves_of
+    from llfsm_verify.automata.safety import PrefixMonitor
+    from llfsm_verify.backends.reference import Interpreter, evaluate
+    from llfsm_verify.checking.claims import add_premises, claim_of
     from llfsm_verify.checking.engine import Answer, Given, Holds, Session, Unknown, Violated
-    from llfsm_verify.checking.goals.goal import Goal
-    from llfsm_verify.checking.replay.confirm import Schedule
+    from llfsm_verify.checking.engine_option import (
+        COUNT,
+        FILE,
+        FLAG,
+        SECONDS,
+        SWITCH,
+        WHEN,
+        EngineOption,
+        EngineOptions,
+    )
+    from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of, lost_at, mask
+    from llfsm_verify.checking.replay.confirm import Letter, Schedule, atoms_of, first_letter
+    from llfsm_verify.checking.replay.execution import Execution
+    from llfsm_verify.checking.verdict import Exploration, Result
+    from llfsm_verify.diagnostics import Source, Span
     from llfsm_verify.jsonvalue import Json
-    from llfsm_verify.limits import LimitReached, tick
+    from llfsm_verify.kripke.observing import observed_outputs
+    from llfsm_verify.limits import LimitReached, reached, tick
     from llfsm_verify.program.moves import Move
-    from llfsm_verify.registry import Entry, Package
+    from llfsm_verify.program.program import Int, Var
+    from llfsm_verify.registry import Entry, Package, Registry
     from llfsm_verify.report.debugging import lines_of
-    from llfsm_verify.report.formats import REPORTS, Style, Written
+    from llfsm_verify.report.drawing.formats import DRAWINGS
+    from llfsm_verify.report.drawing.graph import Edge as DrawnEdge
+    from llfsm_verify.report.drawing.graph import Graph
+    from llfsm_verify.report.drawing.graph import Node as DrawnNode
+    from llfsm_verify.report.formats import REPORTS, ReportEntry, Style, Written
     from llfsm_verify.report.timeline.formats import TIMELINES
     from llfsm_verify.runtime.debugging.commands import Answer as DebugAnswer
     from llfsm_verify.runtime.debugging.commands import parse as parse_command
@@ -32,49 +77,211 @@ if TYPE_CHECKING:
     from llfsm_verify.runtime.ports.port import Kind as PortKind
     from llfsm_verify.runtime.recording.timeline import Row as TimelineRow
     from llfsm_verify.runtime.recording.timeline import Signal, Timeline
-    from llfsm_verify.values import Shown, text
+    from llfsm_verify.values import Shown, Value, text
     from llfsm_verify.verification.engines import ENGINES, EngineEntry, Turn
     from llfsm_verify.yaml.fields import Report
-    from llfsm_verify.yaml.nodes import Node, mark
+    from llfsm_verify.yaml.nodes import Node, Scalar, Sequence, implied, mark, written
     from llfsm_verify.yaml.tables import NUMBER, TRUTHS, Field, Single, Table, Words
 
 _PLACES = {
-    "checking.engine": ("Answer", "Given", "Holds", "Session", "Unknown", "Violated"),
-    "checking.goals.goal": ("Goal",),
-    "checking.replay.confirm": ("Schedule",),
+    "arrangement.draft": (
+        "UNREADABLE",
+        "ArrangementDraft",
+        "Draft",
+        "InstanceDraft",
+        "MachineDraft",
+        "ParameterDraft",
+        "ProcessDraft",
+        "StateDraft",
+        "TransitionDraft",
+        "VariableDraft",
+        "WhiteboardDraft",
+    ),
+    "arrangement.files": (
+        "read_named",
+        "read_source",
+    ),
+    "arrangement.formats": (
+        "ARRANGEMENTS",
+        "WRITERS",
+        "Given as GivenArrangement",
+    ),
+    "arrangement.formats.reading": (
+        "MACHINES",
+        "Reading",
+    ),
+    "automata.automaton": (
+        "Automaton",
+        "AutomatonTooLarge",
+    ),
+    "automata.omega.emptiness": ("find_accepting_lasso",),
+    "automata.omega.moves": (
+        "Lazy",
+        "moves_of",
+    ),
+    "automata.safety": ("PrefixMonitor",),
+    "backends.reference": (
+        "Interpreter",
+        "evaluate",
+    ),
+    "checking.claims": (
+        "add_premises",
+        "claim_of",
+    ),
+    "checking.engine": (
+        "Answer",
+        "Given",
+        "Holds",
+        "Session",
+        "Unknown",
+        "Violated",
+    ),
+    "checking.engine_option": (
+        "COUNT",
+        "FILE",
+        "FLAG",
+        "SECONDS",
+        "SWITCH",
+        "WHEN",
+        "EngineOption",
+        "EngineOptions",
+    ),
+    "checking.goals.goal": (
+        "Goal",
+        "bad_prefixes_of",
+        "lost_at",
+        "mask",
+    ),
+    "checking.replay.confirm": (
+        "Letter",
+        "Schedule",
+        "atoms_of",
+        "first_letter",
+    ),
+    "checking.replay.execution": ("Execution",),
+    "checking.verdict": (
+        "Exploration",
+        "Result",
+    ),
+    "diagnostics": (
+        "Source",
+        "Span",
+    ),
     "jsonvalue": ("Json",),
-    "limits": ("LimitReached", "tick"),
+    "kripke.observing": ("observed_outputs",),
+    "limits": (
+        "LimitReached",
+        "reached",
+        "tick",
+    ),
     "program.moves": ("Move",),
-    "registry": ("Entry", "Package"),
+    "program.program": (
+        "Int",
+        "Var",
+    ),
+    "registry": (
+        "Entry",
+        "Package",
+        "Registry",
+    ),
     "report.debugging": ("lines_of",),
-    "report.formats": ("REPORTS", "Style", "Written"),
+    "report.drawing.formats": ("DRAWINGS",),
+    "report.drawing.graph": (
+        "Edge as DrawnEdge",
+        "Graph",
+        "Node as DrawnNode",
+    ),
+    "report.formats": (
+        "REPORTS",
+        "ReportEntry",
+        "Style",
+        "Written",
+    ),
     "report.timeline.formats": ("TIMELINES",),
-    "runtime.recording.timeline": ("Row as TimelineRow", "Signal", "Timeline"),
-    "runtime.debugging.commands": ("Answer as DebugAnswer", "parse as parse_command"),
+    "runtime.debugging.commands": (
+        "Answer as DebugAnswer",
+        "parse as parse_command",
+    ),
     "runtime.debugging.paths": ("DebugError",),
-    "runtime.debugging.session": ("FRONT_ENDS", "Session as DebugSession"),
-    "runtime.deciding.logs.formats": ("LOGS", "NoColumn", "Row", "Unreadable", "Wanted", "cell_text"),
+    "runtime.debugging.session": (
+        "FRONT_ENDS",
+        "Session as DebugSession",
+    ),
+    "runtime.deciding.logs.formats": (
+        "LOGS",
+        "NoColumn",
+        "Row",
+        "Unreadable",
+        "Wanted",
+        "cell_text",
+    ),
     "runtime.ports": ("UNKNOWN as WRONG_PORT",),
     "runtime.ports.line_port": ("LinePort",),
-    "runtime.ports.port": ("PORTS", "Kind as PortKind", "Link", "Port", "Started", "Unopened", "whole_number"),
-    "values": ("Shown", "text"),
-    "verification.engines": ("ENGINES", "EngineEntry", "Turn"),
+    "runtime.ports.port": (
+        "PORTS",
+        "Kind as PortKind",
+        "Link",
+        "Port",
+        "Started",
+        "Unopened",
+        "whole_number",
+    ),
+    "runtime.recording.timeline": (
+        "Row as TimelineRow",
+        "Signal",
+        "Timeline",
+    ),
+    "values": (
+        "Shown",
+        "Value",
+        "text",
+    ),
+    "verification.engines": (
+        "ENGINES",
+        "EngineEntry",
+        "Turn",
+    ),
     "yaml.fields": ("Report",),
-    "yaml.nodes": ("Node", "mark"),
-    "yaml.tables": ("NUMBER", "TRUTHS", "Field", "Single", "Table", "Words"),
+    "yaml.nodes": (
+        "Node",
+        "Scalar",
+        "Sequence",
+        "implied",
+        "mark",
+        "written",
+    ),
+    "yaml.tables": (
+        "NUMBER",
+        "TRUTHS",
+        "Field",
+        "Single",
+        "Table",
+        "Words",
+    ),
 }
 """Where each name is, below this package."""
 
 __all__ = [
-    "ENGINES", "FRONT_ENDS", "LOGS", "NUMBER", "PORTS", "REPORTS", "TIMELINES", "TRUTHS", "WRONG_PORT", "Answer",
-    "DebugAnswer", "DebugError", "DebugSession", "EngineEntry", "Entry", "Field", "Given", "Goal", "Holds", "Json",
-    "LimitReached", "LinePort", "Link", "Move", "NoColumn", "Node", "Package", "Port", "PortKind", "Report", "Row",
-    "Schedule", "Session", "Shown", "Signal", "Single", "Started", "Style", "Table", "Timeline", "TimelineRow",
-    "Turn", "Unknown", "Unopened", "Unreadable", "Violated", "Wanted", "Words", "Written", "cell_text", "lines_of",
-    "mark", "parse_command", "text", "tick", "whole_number",
+    "ARRANGEMENTS", "COUNT", "DRAWINGS", "ENGINES", "FILE", "FLAG", "FRONT_ENDS", "LOGS", "MACHINES", "NUMBER",
+    "PORTS", "REPORTS", "SECONDS", "SWITCH", "TIMELINES", "TRUTHS", "UNREADABLE", "WHEN", "WRITERS", "WRONG_PORT",
+    "Answer", "ArrangementDraft", "Automaton", "AutomatonTooLarge", "DebugAnswer", "DebugError", "DebugSession",
+    "Draft", "DrawnEdge", "DrawnNode", "EngineEntry", "EngineOption", "EngineOptions", "Entry", "Execution",
+    "Exploration", "Field", "Given", "GivenArrangement", "Goal", "Graph", "Holds", "InstanceDraft", "Int",
+    "Interpreter", "Json", "Lazy", "Letter", "LimitReached", "LinePort", "Link", "MachineDraft", "Move", "NoColumn",
+    "Node", "Package", "ParameterDraft", "Port", "PortKind", "PrefixMonitor", "ProcessDraft", "Reading", "Registry",
+    "Report", "ReportEntry", "Result", "Row", "Scalar", "Schedule", "Sequence", "Session", "Shown", "Signal",
+    "Single", "Source", "Span", "Started", "StateDraft", "Style", "Table", "Timeline", "TimelineRow",
+    "TransitionDraft", "Turn", "Unknown", "Unopened", "Unreadable", "Value", "Var", "VariableDraft", "Violated",
+    "Wanted", "WhiteboardDraft", "Words", "Written", "add_premises", "atoms_of", "bad_prefixes_of", "cell_text",
+    "claim_of", "evaluate", "find_accepting_lasso", "first_letter", "implied", "lines_of", "lost_at", "mark", "mask",
+    "moves_of", "observed_outputs", "parse_command", "reached", "read_named", "read_source", "text", "tick",
+    "whole_number", "written",
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # a type checker shall find a name that there is not
-    from llfsm_verify.lazily import lazily
 
-    __getattr__, __dir__ = lazily(__name__, _PLACES)
+    def __getattr__(name: str) -> object:
+        return imported(__name__, _PLACES, name)
+
+    def __dir__() -> list[str]:
+        return sorted({*globals(), *__all__})

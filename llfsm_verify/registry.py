@@ -6,13 +6,14 @@ from a registry, so that something new enters by one entry.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
+from itertools import chain
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -66,7 +67,7 @@ class Registry(Mapping[str, Entry], Generic[T]):
     """Entries by name, in the order in which they are offered.
 
     Those of extensions come after ours. Those of other packages are looked for when a name is asked for that is not
-    there.
+    there, or an ending that none of ours has.
     """
 
     def __init__(self, kind: str, entries: Iterable[Entry], group: str = "") -> None:
@@ -78,6 +79,8 @@ class Registry(Mapping[str, Entry], Generic[T]):
         self._broken: list[str] | None = None if group else []
         for entry in (*entries, *(extensions().get(group, ()) if group else ())):
             self.add(entry)
+        self.ours = tuple(self._entries)
+        """The names without those of other packages."""
 
     def add(self, entry: Entry) -> None:
         """One more. ValueError: its name, or one of its suffixes, is taken."""
@@ -136,6 +139,13 @@ class Registry(Mapping[str, Entry], Generic[T]):
     def named_by(self, path: str) -> str | None:
         """The name that the ending of a file's name stands for; None: it stands for none."""
         name = Path(path).name.lower()
+        found = self._ending(name)
+        if found is None and Path(name).suffix:
+            self.find_others()
+            found = self._ending(name)
+        return found
+
+    def _ending(self, name: str) -> str | None:
         return next((n for s, n in self.suffixes.items() if name.endswith(s) and name != s), None)
 
     def __getitem__(self, name: str) -> Entry:
@@ -146,6 +156,26 @@ class Registry(Mapping[str, Entry], Generic[T]):
 
     def __len__(self) -> int:
         return len(self._entries)
+
+
+class Choices(Collection[str]):
+    """The names of several registries, or other names, as one that is chosen on the command line."""
+
+    def __init__(self, *of: Registry[Any] | tuple[str, ...]) -> None:
+        self._of = of
+
+    def find_others(self) -> list[str]:
+        """See `Registry`."""
+        return [said for each in self._of if isinstance(each, Registry) for said in each.find_others()]
+
+    def __contains__(self, name: object) -> bool:
+        return any(name in each for each in self._of)
+
+    def __iter__(self) -> Iterator[str]:
+        return chain.from_iterable(self._of)
+
+    def __len__(self) -> int:
+        return sum(map(len, self._of))
 
 
 @cache

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 
 from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS
 from llfsm_verify.arrangement.formats.reading import MACHINES, POLICIES
+from llfsm_verify.checking.engine_option import COUNT, EngineOption, EngineOptions
 from llfsm_verify.engines.bounded.engine import BoundedSession
 from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES
 from llfsm_verify.logic.syntax_names import TABLES
-from llfsm_verify.registry import Entry, Registry, Unregistered
+from llfsm_verify.registry import Choices, Entry, Registry, Unregistered
 from llfsm_verify.report.drawing.formats import DRAWINGS, PICTURES
 from llfsm_verify.report.formats import REPORTS
 from llfsm_verify.report.schema import SCHEMAS
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.runtime.deciding.logs.formats import LOGS
 from llfsm_verify.runtime.ports.port import PORTS
-from llfsm_verify.verification.engines import ENGINES, FEATURES, GROUP, EngineEntry, Engines, Turn, table
+from llfsm_verify.verification.engines import ENGINES, FEATURES, GROUP, UNROLLED, EngineEntry, Engines, Turn, table
 from llfsm_verify.verification.portfolio import stages_of
 from tests.cli.running import LIGHTS, llfsm
 
@@ -69,6 +72,20 @@ def test_names_and_endings_stand_for_one_entry() -> None:
     assert list(found) == ["apple"]
     found.add(Entry("pear", "os:sep", suffixes=(".prs",)))
     assert (found.named_by("x.prs"), len(found), found.load("pear")) == ("pear", 2, __import__("os").sep)
+
+
+def test_an_ending_that_is_not_ours_is_looked_for_in_other_packages(monkeypatch: pytest.MonkeyPatch) -> None:
+    points = [Found("plum", Entry("plum", "os:sep", suffixes=(".plm",))), Found("broken", ImportError("no fruit"))]
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda group: points if group == "fruit" else [])
+    found: Registry[object] = Registry("fruit", [Entry("apple", "os:name", suffixes=(".apl",))], "fruit")
+    both = Choices(found, ("stone",))
+    assert found.named_by("a.apl") == "apple" and found.named_by("-") is None and list(found) == ["apple"]
+    assert found.named_by("a.plm") == "plum" and found.named_by("a.xyz") is None
+    assert (list(found), found.ours, list(both), len(both)) == (
+        ["apple", "plum"], ("apple",), ["apple", "plum", "stone"], 3,
+    )  # fmt: skip
+    assert both.find_others() == ["the fruit `broken` cannot be used (ImportError: no fruit)"]
+    assert "stone" in both and "plum" in both and "pear" not in both
 
 
 def test_the_page_of_the_command_line_has_the_table_of_engines() -> None:
@@ -131,3 +148,56 @@ def test_engines_of_others_are_looked_for_when_a_name_is_not_ours(monkeypatch: p
     )
     assert engines.load("mine") is BoundedSession
     assert all(stage.engine != "mine" for stage in stages_of(engines))
+
+
+@dataclass(frozen=True, slots=True)
+class Doubled(EngineOptions):
+    """Has an option of the name that one of ours has."""
+
+    OPTIONS: ClassVar[tuple[EngineOption, ...]] = (EngineOption("depth", "--their-depth", kind=COUNT, help=""),)
+    depth: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Featured(EngineOptions):
+    """Has the flag of something that the harness gives engines."""
+
+    OPTIONS: ClassVar[tuple[EngineOption, ...]] = (EngineOption("most", "--max-states", kind=COUNT, help=""),)
+    most: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Needy(EngineOptions):
+    """Cannot be made without its option."""
+
+    OPTIONS: ClassVar[tuple[EngineOption, ...]] = (EngineOption("needed", "--needed", kind=COUNT, help=""),)
+    needed: int
+
+
+@pytest.mark.parametrize(
+    ("own", "why"),
+    [
+        (f"{__name__}:Doubled", "ValueError: there already is an option `depth`"),
+        (f"{__name__}:Featured", "ValueError: there already is an option `most`"),
+        (f"{__name__}:Needy", "TypeError: .*needed"),
+        ("nowhere:Options", "ModuleNotFoundError: No module named 'nowhere'"),
+        ("llfsm_verify.engines.unrolled.options:Missing", "AttributeError: "),
+    ],
+)
+def test_an_engine_whose_options_cannot_be_ours_too_is_not_used(
+    own: str, why: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its own classes are made and looked at when it is found, so that nothing else is disturbed later."""
+    points = [Found("theirs", EngineEntry("theirs", "os:sep", own=(own,)))]
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda group: points)
+    engines = Engines("engine", ENGINES.values())  # type: ignore[arg-type]
+    with pytest.raises(Unregistered, match=rf"the engine `theirs` cannot be used \({why}"):
+        engines.entry("theirs")
+    assert engines.options() == ENGINES.options(ENGINES.ours)
+
+
+def test_an_engine_may_have_the_options_of_one_of_ours(monkeypatch: pytest.MonkeyPatch) -> None:
+    points = [Found("theirs", EngineEntry("theirs", "os:sep", own=(UNROLLED,)))]
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda group: points)
+    engines = Engines("engine", ENGINES.values())  # type: ignore[arg-type]
+    assert engines.entry("theirs").takes("depth") and engines.takers("depth") == "bmc, induction, pdr and theirs"

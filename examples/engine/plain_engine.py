@@ -9,22 +9,39 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
-from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
-from llfsm_verify.automata.omega.moves import Lazy, moves_of
-from llfsm_verify.automata.safety import PrefixMonitor
-from llfsm_verify.backends.reference import Interpreter, evaluate
-from llfsm_verify.checking.claims import add_premises, claim_of
-from llfsm_verify.checking.engine import Answer, Given, Holds, Session, Unknown, Violated
-from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of, mask
-from llfsm_verify.checking.replay.confirm import Letter, Schedule
-from llfsm_verify.checking.verdict import Exploration
-from llfsm_verify.kripke.observing import observed_outputs
-from llfsm_verify.limits import LimitReached, reached, tick
-from llfsm_verify.program.moves import Move
-from llfsm_verify.program.program import Int, Var
-from llfsm_verify.values import Value
-from llfsm_verify.verification.engines import EngineEntry
+from llfsm_verify.plug import (
+    Answer,
+    Automaton,
+    AutomatonTooLarge,
+    EngineEntry,
+    Exploration,
+    Given,
+    Goal,
+    Holds,
+    Int,
+    Interpreter,
+    Lazy,
+    Letter,
+    LimitReached,
+    Move,
+    PrefixMonitor,
+    Schedule,
+    Session,
+    Unknown,
+    Value,
+    Var,
+    Violated,
+    add_premises,
+    bad_prefixes_of,
+    claim_of,
+    evaluate,
+    find_accepting_lasso,
+    mask,
+    moves_of,
+    observed_outputs,
+    reached,
+    tick,
+)
 
 ENTRY = EngineEntry(
     "plain",

@@ -175,7 +175,7 @@ class Model:
         not, ValueError for a wrong value, an unknown engine or options that do not go together, and `Disagreement`
         when a check of a result fails.
         """
-        given = checked("check", options, CheckOptions)
+        given = checked("check", options, CheckOptions, engine)
         asked = read_properties(properties, syntax)
         wanted = check_options(given, engine)
         unknown = sorted(wanted.accepted - {p.name for p in asked.goals})
@@ -190,7 +190,7 @@ class Model:
 
         Raises as `check` does.
         """
-        wanted = query_options(checked("query", options, QueryOptions), engine)
+        wanted = query_options(checked("query", options, QueryOptions, engine), engine)
         check_syntax(syntax)
         return QueryAnswer(ask(self.wrapped, parse_query(formula, QUERY, syntax), wanted, engine), self.wrapped)
 

@@ -13,7 +13,7 @@ from llfsm_verify.engines.unrolled.options import UnrolledKeywords
 from llfsm_verify.limits import Limits, parse_size
 from llfsm_verify.registry import meant
 from llfsm_verify.values import Shown, text
-from llfsm_verify.verification.engines import ENGINES
+from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 
 T = TypeVar("T")
 Draw = Mapping[str, float | Mapping[Shown, float]]
@@ -90,24 +90,39 @@ WANTED: Mapping[str, Kind] = {
     "progress": _CALL,
     "decided": _CALL,
     "tell": _CALL,
-    **{option.name: option.kind for option in ENGINES.options()},
+    **{option.name: option.kind for option in ENGINES.options(ENGINES.ours)},
 }
 """What each option wants."""
 
 
-def checked(what: str, given: Given, known: type) -> Given:
-    """The options that were given, without those that are None. `known`: the TypedDict that has them.
+def checked(what: str, given: Given, known: type, engine: str = DEFAULT_ENGINE) -> Given:
+    """The options that were given, without those that are None. `known`: the TypedDict that has them, beside those of
+    an `engine` of another package.
 
     TypeError: `what` has no such option; ValueError: an option wants another value. Both say what there is.
     """
-    names = tuple(known.__annotations__)
+    others = _of_others(engine)
+    names = (*known.__annotations__, *others)
+    wants = {**others, **WANTED}
     for name in given:
         if name not in names:
             raise TypeError(f"{what} has no option `{name}`, only {', '.join(names)}{meant(name, names)}")
     found = {name: value for name, value in given.items() if value is not None}
     for name, value in found.items():
-        if not WANTED[name].fits(value):
-            raise ValueError(f"the option `{name}` needs {WANTED[name].wants}, not {value!r}")
+        if not wants[name].fits(value):
+            raise ValueError(f"the option `{name}` needs {wants[name].wants}, not {value!r}")
+    return found
+
+
+def _of_others(engine: str) -> Mapping[str, Kind]:
+    """What the options of an engine of another package want. ValueError: every check has one of the name."""
+    if engine in ENGINES.ours or not isinstance(engine, str):
+        return {}
+    ENGINES.find_others()
+    own, ours = ENGINES.options([engine] if engine in ENGINES else []), ENGINES.options(ENGINES.ours)
+    found = {option.name: option.kind for option in own if option not in ours}
+    if wrong := found.keys() & WANTED.keys():
+        raise ValueError(f"the engine `{engine}` cannot be asked: `{min(wrong)}` already is an option of a check")
     return found
 
 

@@ -62,7 +62,7 @@ def query_arguments(parser: Parser) -> None:
     add("formula", metavar="FORMULA", help="a state formula, such as 'ns@GREEN && count > 3'")
     syntax(parser)
     engine(parser)
-    engine_options(parser, UnrolledOptions.OPTIONS)
+    engine_options(parser, parser, UnrolledOptions.OPTIONS)
     add("--format", choices=REPORTS.query, default="text", help="how to report (default: %(default)s)")
     add("--save", metavar="FILE", help="save the run there, for llfsm replay")
     max_states(parser)

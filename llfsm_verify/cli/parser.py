@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from argparse import Action, ArgumentError, ArgumentParser, HelpFormatter, Namespace
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
-from llfsm_verify.registry import meant
+from llfsm_verify.registry import Choices, Registry, meant
 
 EXIT_CODES = (
     "exit codes: 0 everything holds, 1 violated or a fault, 2 wrong usage, 3 input files wrong or unreadable, "
@@ -32,6 +33,8 @@ class Parser(ArgumentParser):
 
     def __init__(self, prog: str | None = None, **options: Any) -> None:
         super().__init__(prog, formatter_class=Paragraphs, **options)
+        self.before: Callable[[Sequence[str]], None] | None = None
+        """What looks at the words before they are parsed, such as to add options that they ask for."""
 
     def about(self, description: str, example: str, codes: str = EXIT_CODES) -> None:
         """What the help says before and after the options; `example`: a whole command, or several, one a line."""
@@ -44,6 +47,8 @@ class Parser(ArgumentParser):
     ) -> tuple[Namespace, list[str]]:
         """As argparse does, but options may stand between the last positional arguments, and an option that there is
         not is told here, where those that there are can be looked through."""
+        if self.before is not None:
+            self.before(sys.argv[1:] if args is None else args)
         options, left = super().parse_known_args(args, namespace)
         try:
             left = self._given_last(options, left)
@@ -85,8 +90,13 @@ class Parser(ArgumentParser):
         self.exit(2, f"error: {without_controls(message.removeprefix('argument '))}{advice}\n")
 
     def _check_value(self, action: Action, value: Any) -> None:
-        if action.choices is not None and value not in action.choices:
-            names = [str(choice) for choice in action.choices]
+        """One of other packages is looked for where none of ours has the name."""
+        choices = action.choices
+        if choices is None or value in choices:
+            return
+        broken = choices.find_others() if isinstance(choices, Registry | Choices) else []
+        if value not in choices:
+            names = [str(choice) for choice in choices]
             text = str(value)[:100]
-            near = meant(text, names)
-            raise ArgumentError(action, f"there is no `{text}`{near or '; there are: ' + ', '.join(names)}")
+            there = meant(text, names) or f"; there are: {', '.join(names)}"
+            raise ArgumentError(action, "; ".join([f"there is no `{text}`{there}", *broken]))

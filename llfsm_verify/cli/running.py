@@ -18,6 +18,7 @@ from llfsm_verify.cli.common_arguments import (
     repeatable,
 )
 from llfsm_verify.cli.parser import Parser
+from llfsm_verify.registry import Choices
 from llfsm_verify.report.formats import REPORTS
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.runtime.debugging import MOST_STEPS
@@ -171,7 +172,7 @@ def recording_arguments(parser: Parser) -> None:
     )
     add("--mapping", metavar="FILE", help="read a log; FILE says which column gives which slot; needs --arrangement")
     formats = "; ".join(f"{name}: {entry.about}" for name, entry in LOGS.items())
-    add("--from", dest="format", choices=tuple(LOGS), help=f"the log's format (default: by its name): {formats}")
+    add("--from", dest="format", choices=LOGS, help=f"the log's format (default: by its name): {formats}")
 
 
 def trace_arguments(parser: Parser) -> None:
@@ -188,7 +189,7 @@ def trace_arguments(parser: Parser) -> None:
     formats += "; trace: a recording, from its beginning, as a saved trace (NAME.trace.yaml)"
     add(
         "--to",
-        choices=(*TIMELINES, "trace"),
+        choices=Choices(TIMELINES, ("trace",)),
         help=f"the format (default: by the ending of the output's name): {formats}",
     )
     about = "for --to trace: the property that the trace is about, or an assumption (default: the fault at its end)"

@@ -6,6 +6,7 @@ from llfsm_verify.cli.argument_types import milliseconds, positive
 from llfsm_verify.cli.common_arguments import arrangement, colour, drawn_inputs, held_inputs, output
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.limits import DEFAULT_STEPS
+from llfsm_verify.registry import Choices
 from llfsm_verify.report.timeline.formats import TIMELINES
 
 TABLE, JSON = "table", "json"
@@ -46,7 +47,7 @@ def simulate_arguments(parser: Parser) -> None:
     drawn_inputs(parser)
     formats = "; ".join(f"{name}: {entry.about}" for name, entry in TIMELINES.items())
     add(
-        "--format", choices=(TABLE, JSON, *TIMELINES),
+        "--format", choices=Choices((TABLE, JSON), TIMELINES),
         help=f"default: by the ending of FILE, else {TABLE}; {JSON}: schema `simulation`; {formats}",
     )  # fmt: skip
     output(parser)

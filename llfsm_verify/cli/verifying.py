@@ -38,7 +38,7 @@ def verify_arguments(parser: Parser) -> None:
     property_lines(asked)
     only(asked)
     _strictness(parser.add_argument_group("what a pass is worth"))
-    _search(parser.add_argument_group("how to search"))
+    _search(parser, parser.add_argument_group("how to search"))
     limits = parser.add_argument_group("limits; what is not decided within them is unknown")
     max_states(limits)
     memory_and_timeout(limits)
@@ -56,10 +56,10 @@ def _strictness(group: Group) -> None:
     add("--witness", action="store_true", help="show for each property that holds a run in which something happens")
 
 
-def _search(group: Group) -> None:
+def _search(parser: Parser, group: Group) -> None:
     engine(group)
     group.add_argument("--keep-all-bits", action="store_true", help="keep entered flags that cannot matter any more")
-    engine_options(group, ENGINES.options())
+    engine_options(parser, group, ENGINES.options(ENGINES.ours))
 
 
 def _report(group: Group) -> None:

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from llfsm_verify.verification.query import QueryResult
 
 
+GROUPS = "llfsm_verify.reports"
+"""Of entry points: with the kind of the report after a full stop, such as `llfsm_verify.reports.result`."""
+
+
 @dataclass(frozen=True, slots=True)
 class Style:
     """What of a report is wanted; formats for programs say everything."""
@@ -89,6 +93,7 @@ REPORTS = Reports(
                 failure="llfsm_verify.report.sarif.results:failure_sarif",
             ),
         ],
+        f"{GROUPS}.result",
     ),
     lint=Registry(
         "report format",
@@ -97,6 +102,7 @@ REPORTS = Reports(
             ReportEntry("json", "llfsm_verify.report.lint.json:report", "one object, schema `lint`"),
             ReportEntry("sarif", "llfsm_verify.report.lint.json:report_sarif", "SARIF 2.1.0, for code hosts"),
         ],
+        f"{GROUPS}.lint",
     ),
     query=Registry(
         "report format",
@@ -104,6 +110,7 @@ REPORTS = Reports(
             ReportEntry("text", "llfsm_verify.report.query:report", "for people"),
             ReportEntry("json", "llfsm_verify.report.query:report_json", "one object, schema `query`"),
         ],
+        f"{GROUPS}.query",
     ),
     access=Registry(
         "report format",
@@ -111,5 +118,6 @@ REPORTS = Reports(
             ReportEntry("text", "llfsm_verify.report.access:access_text", "for people"),
             ReportEntry("json", "llfsm_verify.report.access:report_json", "one object"),
         ],
+        f"{GROUPS}.access",
     ),
 )  # fmt: skip

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from llfsm_verify.lazily import lazily
+from llfsm_verify.lazily import imported
 
 if TYPE_CHECKING:
     from llfsm_verify.testing.run import Run, RunFailed, Subject
@@ -43,12 +43,11 @@ _PLACES = {
     "testing.subject": ("load",),
     "testing.tested": ("UntestedWarning",),
 }
-_load, __dir__ = lazily(__name__, _PLACES)
 
 
 def __getattr__(name: str) -> object:
     try:
-        return _load(name)
+        return imported(__name__, _PLACES, name)
     except ModuleNotFoundError as error:
         if error.name is None or error.name.partition(".")[0] != "hypothesis":
             raise

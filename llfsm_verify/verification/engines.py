@@ -110,13 +110,14 @@ class Engines(Registry[Callable[..., object]]):
         assert isinstance(found, EngineEntry)
         return found
 
-    def classes(self) -> tuple[type[EngineOptions], ...]:
-        """The classes of the options that engines have as their own."""
-        return tuple(dict.fromkeys(each for name in self for each in self.entry(name).classes()))
+    def classes(self, of: Iterable[str] | None = None) -> tuple[type[EngineOptions], ...]:
+        """The classes of the options that engines have as their own; `of`: only these engines. Unregistered."""
+        names = self if of is None else of
+        return tuple(dict.fromkeys(each for name in names for each in self.entry(name).classes()))
 
-    def options(self) -> tuple[EngineOption, ...]:
-        """The options that engines have as their own."""
-        return tuple(option for each in self.classes() for option in each.OPTIONS)
+    def options(self, of: Iterable[str] | None = None) -> tuple[EngineOption, ...]:
+        """The options that engines have as their own; `of`: only these engines. Unregistered."""
+        return tuple(option for each in self.classes(of) for option in each.OPTIONS)
 
     def asked(self, given: Mapping[str, object]) -> Iterator[EngineFeature]:
         """What is asked of an engine that not every engine takes, among values by the names of options."""
@@ -158,10 +159,12 @@ class Engines(Registry[Callable[..., object]]):
             raise TypeError(f"{point.value} is not an EngineEntry")
         if entry.turns or entry.asks_others:
             raise ValueError("only our own engines take turns in `auto` and ask others")
-        taken = {option.name for option in self.options()} | {option.flag for option in self.options()}
+        taken = {word for each in (*self.options(), *FEATURES) for word in (each.name, each.flag, each.attribute)}
         for option in (o for each in entry.classes() if each not in self.classes() for o in each.OPTIONS):
-            if {option.name, option.flag} & taken:
+            if {option.name, option.flag, option.attribute} & taken:
                 raise ValueError(f"there already is an option `{option.name}`")
+        for each in entry.classes():
+            each()  # all of its options may be left out
         return entry
 
 

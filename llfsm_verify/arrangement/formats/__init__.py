@@ -37,11 +37,12 @@ class Given:
 ARRANGEMENTS: Registry[Callable[[Given], Draft]] = Registry(
     "arrangement format",
     [Entry("yaml", "llfsm_verify.arrangement.formats.yaml:read_arrangement", "YAML", (".yaml", ".yml"))],
+    "llfsm_verify.arrangements",
 )
 """Of whole arrangements. A reader raises DiagnosticError for a file that it cannot open."""
 
 WRITERS: Registry[Callable[[Mapping[str, object]], str]] = Registry(
-    "writer of arrangements", [Entry("yaml", "llfsm_verify.yaml.writing:to_yaml", "YAML")]
+    "writer of arrangements", [Entry("yaml", "llfsm_verify.yaml.writing:to_yaml", "YAML")], "llfsm_verify.writers"
 )
 """Beside `ARRANGEMENTS`, by the same names: texts of documents in the shape of a file."""
 

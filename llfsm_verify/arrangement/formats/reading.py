@@ -76,6 +76,7 @@ class Reading(Report):
 MACHINES: Registry[Callable[[Reading, Path, Scalar], MachineDraft | Unreadable]] = Registry(
     "machine format",
     [Entry("yaml", "llfsm_verify.arrangement.formats.yaml:read_machine", "YAML", (".yaml", ".yml"))],
+    "llfsm_verify.machines",
 )
 """Of machines in files of their own. A reader gets the path and the place where it is named; what it reads, and what is
 wrong with it, goes to the `Reading`."""

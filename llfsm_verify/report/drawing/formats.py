@@ -19,6 +19,7 @@ DRAWINGS: Registry[Callable[[Graph], str | bytes]] = Registry(
         Entry("svg", "llfsm_verify.report.drawing.pictures:svg", "a picture, laid out by Graphviz", (".svg",)),
         Entry("png", "llfsm_verify.report.drawing.pictures:png", "the same picture in pixels", (".png",), binary=True),
     ],
+    "llfsm_verify.drawings",
 )
 PICTURES: Registry[Callable[[Structure], Iterable[bytes]]] = Registry(
     "format of pictures",

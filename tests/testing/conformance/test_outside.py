@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
 import pytest
+
+from tests.distributions import Site
 
 ROOT = Path(__file__).parents[3]
 EXAMPLE = ROOT / "examples" / "engine"
@@ -26,30 +26,6 @@ print(result.engine, *(f"{{p.name}}:{{p.verdict.value}}" for p in result.propert
 """
 
 
-class Site:
-    """A folder with installed packages, as an installer leaves them: modules, and what says of them."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-
-    def install(self, name: str, points: dict[str, str], **modules: str) -> None:
-        """A package of this name, with entry points and the texts of its modules."""
-        for module, text in modules.items():
-            self.folder.joinpath(f"{module}.py").write_text(text, encoding="utf-8")
-        info = self.folder / f"{name.replace('-', '_')}-1.0.dist-info"
-        info.mkdir()
-        info.joinpath("METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n", encoding="utf-8")
-        lines = "".join(f"{point} = {place}\n" for point, place in points.items())
-        info.joinpath("entry_points.txt").write_text(f"[{GROUP}]\n{lines}", encoding="utf-8")
-
-    def python(self, *arguments: str) -> subprocess.CompletedProcess[str]:
-        path = os.pathsep.join((str(self.folder), str(ROOT)))
-        return subprocess.run(
-            [sys.executable, *arguments], cwd=ROOT, env={**os.environ, "PYTHONPATH": path},
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
-
-
 @pytest.fixture
 def site(tmp_path: Path) -> Site:
     """With the example installed."""
@@ -57,7 +33,7 @@ def site(tmp_path: Path) -> Site:
     found = Site(tmp_path)
     (module,) = project["tool"]["setuptools"]["py-modules"]
     text = (EXAMPLE / f"{module}.py").read_text(encoding="utf-8")
-    found.install(project["project"]["name"], project["project"]["entry-points"][GROUP], **{module: text})
+    found.install(project["project"]["name"], project["project"]["entry-points"], **{module: text})
     return found
 
 
@@ -84,9 +60,9 @@ def test_it_is_never_asked_by_auto(site: Site) -> None:
 
 @pytest.mark.slow
 def test_broken_ones_are_a_note_for_those_who_ask_for_them(site: Site) -> None:
-    site.install("broken", {"missing": "nowhere:ENTRY", "text": "broken:TEXT"}, broken="TEXT = 'no entry'\n")
-    site.install("greedy", {"greedy": "greedy:ENTRY"}, greedy=entry(more=", turns=(Turn(1),)"))
-    site.install("taken", {"explicit": "taken:ENTRY"}, taken=entry().replace("'mine',", "'explicit',"))
+    site.install("broken", {GROUP: {"missing": "nowhere:ENTRY", "text": "broken:TEXT"}}, broken="TEXT = 'no entry'\n")
+    site.install("greedy", {GROUP: {"greedy": "greedy:ENTRY"}}, greedy=entry(more=", turns=(Turn(1),)"))
+    site.install("taken", {GROUP: {"explicit": "taken:ENTRY"}}, taken=entry().replace("'mine',", "'explicit',"))
     assert site.python("-c", ASK, "plain").stdout.startswith("plain ")
     assert site.python("-c", ASK, "explicit").stdout.startswith("explicit ")
     said = site.python("-c", ASK, "missing").stderr.splitlines()[-1]
@@ -116,7 +92,7 @@ def test_the_command_fails_an_engine_that_is_wrong(site: Site) -> None:
         "    def fault_runs(self): return []\n"
         "    def faults(self): return Unknown('it did not try')\n"
     )
-    site.install("mine", {"mine": "mine:ENTRY"}, mine=lazy + entry("['violations']"))
+    site.install("mine", {GROUP: {"mine": "mine:ENTRY"}}, mine=lazy + entry("['violations']"))
     done = site.python("-m", "llfsm_verify.testing.conformance", "mine", "--drawn", "0")
     assert done.returncode == 1
     assert "FAILED" in done.stdout and "which the engine claims to decide: it did not try" in done.stdout
@@ -159,7 +135,7 @@ def test_it_takes_the_options_that_its_entry_names_and_no_others(site: Site) -> 
 
 @pytest.mark.slow
 def test_the_command_line_says_what_there_is_and_what_is_broken(site: Site) -> None:
-    site.install("broken", {"missing": "nowhere:ENTRY"})
+    site.install("broken", {GROUP: {"missing": "nowhere:ENTRY"}})
     done = verify(site, LIGHTS, "--engine", "plane", "-p", "true")
     assert done.returncode == 2
     assert "there is no engine `plane`; there are: auto, explicit, bmc, induction, pdr, all, plain" in done.stderr
