@@ -83,7 +83,7 @@ def main(arguments: list[str]) -> None:
     from llfsm_verify.backends.native.executor import NativeProgram
     from llfsm_verify.checking.problem import bind
     from llfsm_verify.checking.verdict import Options
-    from llfsm_verify.cli.arguments import verify_parser
+    from llfsm_verify.cli.commands import verify_parser
     from llfsm_verify.diagnostics import Source
     from llfsm_verify.engines.explicit.options import ExplicitOptions
     from llfsm_verify.logic.properties import parse_properties

@@ -4,6 +4,9 @@ An engine, a kind of port, a reader and a writer of arrangements, a report, a re
 drawing and a front end of the debugger each have a registry, an entry and a protocol here; docs/plugs.md has an example
 of each. As in the front door, each name is imported when it is first asked for. Lint rules have no registry, and
 targets do not exist yet.
+An engine, a kind of port, a reader of logs, a format of timelines, a report, a command and a front end of the debugger
+each have a registry, an entry and a protocol here. As in the front door, each name is imported when it is first
+asked for. There is no target yet.
 """
 
 from __future__ import annotations
@@ -162,6 +165,15 @@ _PLACES = {
     "checking.verdict": (
         "Exploration",
         "Result",
+    ),
+    "cli.commands": (
+        "COMMANDS",
+        "CommandEntry",
+    ),
+    "cli.io.output": ("Output",),
+    "cli.parser": (
+        "Parser as CommandParser",
+        "UsageError",
     ),
     "diagnostics": (
         "Source",

@@ -11,6 +11,7 @@ import pytest
 from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS
 from llfsm_verify.arrangement.formats.reading import MACHINES, POLICIES
 from llfsm_verify.checking.engine_option import COUNT, EngineOption, EngineOptions
+from llfsm_verify.cli.commands import COMMANDS
 from llfsm_verify.engines.bounded.engine import BoundedSession
 from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES
@@ -27,10 +28,10 @@ from llfsm_verify.verification.portfolio import stages_of
 from tests.cli.running import LIGHTS, llfsm
 
 ALL: dict[str, Registry[object]] = {
-    "arrangements": ARRANGEMENTS, "drawings": DRAWINGS, "engines": ENGINES, "lint": REPORTS.lint, "logs": LOGS,
-    "machines": MACHINES, "models": MODELS, "ports": PORTS, "access": REPORTS.access, "queries": REPORTS.query,
-    "results": REPORTS.result, "schemas": SCHEMAS, "structures": STRUCTURES, "pictures": PICTURES,
-    "syntaxes": TABLES, "policies": POLICIES, "writers": WRITERS, "timelines": TIMELINES,
+    "access": REPORTS.access, "arrangements": ARRANGEMENTS, "commands": COMMANDS, "drawings": DRAWINGS,
+    "engines": ENGINES, "lint": REPORTS.lint, "logs": LOGS, "machines": MACHINES, "models": MODELS,
+    "pictures": PICTURES, "policies": POLICIES, "ports": PORTS, "queries": REPORTS.query, "results": REPORTS.result,
+    "schemas": SCHEMAS, "structures": STRUCTURES, "syntaxes": TABLES, "timelines": TIMELINES, "writers": WRITERS,
 }  # fmt: skip
 
 

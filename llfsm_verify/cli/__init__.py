@@ -33,8 +33,8 @@ COLLECT_EVERY = 200_000
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command `llfsm`; `arguments` are those of the process unless given. Returns the exit code."""
 
-    def parser(words: Sequence[str] | None) -> ArgumentParser:
-        from llfsm_verify.cli.arguments import llfsm_parser
+    def parser(words: Sequence[str]) -> ArgumentParser:
+        from llfsm_verify.cli.commands import llfsm_parser
 
         return llfsm_parser(words)
 
@@ -44,24 +44,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def main_verify(arguments: Sequence[str] | None = None) -> int:
     """The command `llfsm-verify`, the same as `llfsm verify`."""
 
-    def parser(_: Sequence[str] | None) -> ArgumentParser:
-        from llfsm_verify.cli.arguments import verify_parser
+    def parser(_: Sequence[str]) -> ArgumentParser:
+        from llfsm_verify.cli.commands import verify_parser
 
         return verify_parser()
 
     return _command(parser, arguments)
 
 
-def _command(parser: Callable[[Sequence[str] | None], ArgumentParser], arguments: Sequence[str] | None) -> int:
+def _command(parser: Callable[[Sequence[str]], ArgumentParser], arguments: Sequence[str] | None) -> int:
     """Parse and run. Signals are served only where the process is ours: a caller that gives arguments keeps its own."""
     if arguments is not None:
-        started = time.perf_counter()
-        return _guarded(parser(arguments).parse_args(arguments), started)
+        return _guarded(parser, arguments, time.perf_counter())
     try:
         if COMPLETES in os.environ:
             from argcomplete import autocomplete
 
-            autocomplete(parser(None))
+            autocomplete(parser(os.environ.get("COMP_LINE", "").split()[1:]))
         from llfsm_verify.cli.io import interrupt
         from llfsm_verify.cli.io.standard_error import drop_what_nobody_reads
 
@@ -71,16 +70,17 @@ def _command(parser: Callable[[Sequence[str] | None], ArgumentParser], arguments
         do_one_task(COLLECT_EVERY)
         drop_what_nobody_reads()
         try:
-            return _guarded(parser(sys.argv[1:]).parse_args(), STARTED)
+            return _guarded(parser, sys.argv[1:], STARTED)
         finally:
             interrupt.finish()
     except KeyboardInterrupt:
         return _interrupted()
 
 
-def _guarded(options: Namespace, started: float) -> int:
-    """Run the command; whatever comes out of it is an exit code and at most a few lines. `started`: when it began."""
-    options.started = started
+def _guarded(parser: Callable[[Sequence[str]], ArgumentParser], words: Sequence[str], started: float) -> int:
+    """Run the command that is written in `words`; whatever comes out of it is an exit code and at most a few lines.
+    `started`: when it began."""
+    from argparse import Namespace
     from pathlib import Path
 
     # Both are None where the caller has closed them.
@@ -90,7 +90,10 @@ def _guarded(options: Namespace, started: float) -> int:
         # A name that the terminal cannot show must not end a run.
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
+    options = Namespace()
     try:
+        parser(words).parse_args(words, options)
+        options.started = started
         code = _dispatch(options)
         sys.stdout.flush()
         return code
@@ -105,12 +108,10 @@ def _guarded(options: Namespace, started: float) -> int:
 
 
 def _dispatch(options: Namespace) -> int:
-    """Run the command; its module is imported now, so that `--help` costs nothing."""
-    from importlib import import_module
+    """Run the command, which is imported only now."""
+    from llfsm_verify.cli.commands import COMMANDS
 
-    module = import_module(f"llfsm_verify.cli.commands.{options.command.replace('-', '_')}")
-    code: int = module.run(options)
-    return code
+    return COMMANDS.entry(options.command).run(options)
 
 
 def _interrupted() -> int:
@@ -124,11 +125,12 @@ def _interrupted() -> int:
 def report_failure(error: Exception, options: Namespace, of: str = "") -> int:
     """Say what went wrong, `of` which file where there are several; the exit code for that."""
     from llfsm_verify.cli.missing import missing_package
-    from llfsm_verify.cli.usage import UsageError, usage
+    from llfsm_verify.cli.parser import UsageError
     from llfsm_verify.diagnostics import DiagnosticError
 
     if isinstance(error, UsageError):
-        return usage(f"{of}{': ' * bool(of)}{error}")
+        print(error.said(of), file=sys.stderr)
+        return USAGE
     if isinstance(error, DiagnosticError):
         return _bad_input(options, error.diagnostics)
     if isinstance(error, MemoryError):

@@ -7,8 +7,9 @@ from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from llfsm_verify.cli.io.files import write_whole
 from llfsm_verify.cli.io.output import Output
-from llfsm_verify.cli.io.whole_file import write_whole
+from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
@@ -18,23 +19,22 @@ if TYPE_CHECKING:
     from llfsm_verify.logic.properties import PropertySet
 
 
-def certificate_mistake(options: Namespace) -> str | None:
-    """What is wrong with the options about certificates."""
+def refuse_misuse(options: Namespace) -> None:
+    """UsageError: options about certificates do not go together."""
     if options.certificate in ("", "-") or options.check_certificate in ("", "-"):
-        return "--certificate and --check-certificate need the name of a file"
+        raise UsageError("--certificate and --check-certificate need the name of a file")
     if options.certificate is not None and options.check_certificate is not None:
-        return "--certificate writes a file and --check-certificate reads one: use one of them at a time"
+        raise UsageError("--certificate writes a file and --check-certificate reads one: use one of them at a time")
     if options.check_certificate is not None and options.format != "text":
-        return f"--check-certificate answers in words: there is no --format {options.format} of that"
+        raise UsageError(f"--check-certificate answers in words: there is no --format {options.format} of that")
     if options.check_certificate is not None:
         unused = {"--save-traces": options.save_traces, "--save-invariants": options.save_invariants}
         needless = [name for name, given in unused.items() if given is not None]
         if needless:
-            return f"--check-certificate writes nothing: leave {needless[0]} out"
+            raise UsageError(f"--check-certificate writes nothing: leave {needless[0]} out")
     if options.checkpoint is not None and options.certificate is not None:
         if Path(options.checkpoint).resolve() == Path(options.certificate).resolve():
-            return "--certificate and --checkpoint name the same file"
-    return None
+            raise UsageError("--certificate and --checkpoint name the same file")
 
 
 def write_certificate(

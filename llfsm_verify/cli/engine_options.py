@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from llfsm_verify.checking.engine_option import EngineFeature, EngineOption
-from llfsm_verify.cli.argument_types import word
-from llfsm_verify.cli.parser import Parser
+from llfsm_verify.cli.arguments import word
+from llfsm_verify.cli.parser import Parser, UsageError
 from llfsm_verify.verification.engines import ENGINES, FEATURES
 
 if TYPE_CHECKING:
@@ -75,18 +75,19 @@ def given_options(options: Namespace) -> dict[str, object]:
     return {name: value for name, value in found.items() if value is not None}
 
 
-def engine_mistake(options: Namespace) -> str | None:
-    """What is wrong with the options of engines."""
+def refuse_misplaced(options: Namespace) -> None:
+    """UsageError: an option of an engine does not fit its place."""
     given = given_options(options)
     for option in _options(options):
         if option.name in given and not option.kind.fits(given[option.name]):
-            return f"{option.flag} needs {option.kind.wants}"
+            raise UsageError(f"{option.flag} needs {option.kind.wants}")
     partial = ENGINES.partial(given)
     if partial is not None:
         option, whole = partial
-        return f"{option.flag} {option.alone.format(f'{whole.flag} {whole.kind.metavar}')}"
+        raise UsageError(f"{option.flag} {option.alone.format(f'{whole.flag} {whole.kind.metavar}')}")
     wrong = ENGINES.misplaced(options.engine, given)
-    return None if wrong is None else f"{_written(wrong, options)} is for --engine {ENGINES.takers(wrong.name)}"
+    if wrong is not None:
+        raise UsageError(f"{_written(wrong, options)} is for --engine {ENGINES.takers(wrong.name)}")
 
 
 def _written(asked: EngineFeature, options: Namespace) -> str:

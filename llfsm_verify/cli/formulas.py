@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from llfsm_verify.automata.ltl.answers import Answers
-from llfsm_verify.cli.properties import COMMAND_LINE
+from llfsm_verify.cli.opening import COMMAND_LINE
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.language.atoms import OBSERVATIONS
 from llfsm_verify.logic import codes

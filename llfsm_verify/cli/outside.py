@@ -9,7 +9,7 @@ from contextlib import suppress
 from llfsm_verify.arrangement.keys import OPERATORS
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.cli.argument_types import assignments
+from llfsm_verify.cli.arguments import assignments
 from llfsm_verify.cli.io.decided import UNDECIDED, say_results
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, counted
 from llfsm_verify.guarding.orders import Order

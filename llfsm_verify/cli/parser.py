@@ -1,10 +1,10 @@
-"""The parser of every command: a mistake is one line, and each help ends with exit codes and an example."""
+"""The parsers of `llfsm` and its commands: a mistake is one line, and each help ends with exit codes and an example."""
 
 from __future__ import annotations
 
 import sys
 from argparse import Action, ArgumentError, ArgumentParser, HelpFormatter, Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from typing import Any, NoReturn
 
 from llfsm_verify.registry import Choices, Registry, meant
@@ -17,6 +17,16 @@ EXIT_CODES = (
 EXAMPLE = "example: "
 
 
+class UsageError(Exception):
+    """The command line is wrong in a way that only the command knows; the message says how. The exit code is 2."""
+
+    def said(self, of: str = "") -> str:
+        """What the user is told; `of`: about which file, where there are several."""
+        from llfsm_verify.diagnostics import without_controls
+
+        return f"error: {without_controls(f'{of}: {self}' if of else str(self))}"
+
+
 class Paragraphs(HelpFormatter):
     """Help whose texts may have several paragraphs, with an empty line between two. Examples are not wrapped."""
 
@@ -27,6 +37,21 @@ class Paragraphs(HelpFormatter):
             for paragraph in text.split("\n\n")
         )
 
+    def _iter_indented_subactions(self, action: Action) -> Generator[Action, None, None]:
+        """The commands of a parser, below the headings that it has for them."""
+        headings: dict[str, str] = getattr(action, "headings", {})
+        before = None
+        for command in super()._iter_indented_subactions(action):
+            heading = headings.get(command.dest)
+            if heading != before:
+                yield Action((), "", metavar=f"{heading}:")
+            before = heading
+            if heading is not None:
+                self._indent()
+            yield command
+            if heading is not None:
+                self._dedent()
+
 
 class Parser(ArgumentParser):
     """A parser that says what is wrong in one line, as all commands do, and what was probably meant."""
@@ -35,6 +60,8 @@ class Parser(ArgumentParser):
         super().__init__(prog, formatter_class=Paragraphs, **options)
         self.before: Callable[[Sequence[str]], None] | None = None
         """What looks at the words before they are parsed, such as to add options that they ask for."""
+        self.unusable: Sequence[str] = ()
+        """Sentences about commands of other packages that cannot be used, for those who ask for one that is missing."""
 
     def about(self, description: str, example: str, codes: str = EXIT_CODES) -> None:
         """What the help says before and after the options; `example`: a whole command, or several, one a line."""
@@ -99,4 +126,25 @@ class Parser(ArgumentParser):
             names = [str(choice) for choice in choices]
             text = str(value)[:100]
             there = meant(text, names) or f"; there are: {', '.join(names)}"
-            raise ArgumentError(action, "; ".join([f"there is no `{text}`{there}", *broken]))
+            raise ArgumentError(action, "; ".join([f"there is no `{text}`{there}", *broken, *self.unusable]))
+
+
+class Version(Action):
+    """Prints the version of the installed package, which is looked up only now, and ends."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str) -> None:
+        super().__init__(option_strings, dest, nargs=0, help="show the version and end")
+
+    def __call__(
+        self, parser: ArgumentParser, _namespace: Namespace, _values: object, _option: str | None = None
+    ) -> None:
+        from importlib.metadata import version
+
+        from llfsm_verify.cli.io.output import drop_output
+
+        try:
+            print(f"{parser.prog} {version('llfsm-verify')}", flush=True)
+        except OSError as error:
+            drop_output()
+            parser.error(f"the version cannot be written: {error.strerror}")
+        parser.exit()

@@ -9,7 +9,7 @@ import pytest
 import llfsm_verify as lv
 from llfsm_verify.api.options import WANTED, CheckOptions, check_options, checked
 from llfsm_verify.checking.verdict import Options
-from llfsm_verify.cli.arguments import verify_parser
+from llfsm_verify.cli.commands import verify_parser
 from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits

@@ -5,9 +5,9 @@ from argparse import ArgumentTypeError
 import pytest
 
 from llfsm_verify.checking.engine_option import MOST
-from llfsm_verify.cli.argument_types import positive, property_text, size
-from llfsm_verify.cli.arguments import llfsm_parser, verify_parser
-from llfsm_verify.cli.running import steps
+from llfsm_verify.cli.arguments import positive, property_text, size
+from llfsm_verify.cli.commands import llfsm_parser, verify_parser
+from llfsm_verify.cli.commands.trace.arguments import steps
 from llfsm_verify.verification.engines import ENGINES
 from tests.cli.running import LIGHTS, llfsm
 

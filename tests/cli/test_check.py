@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from llfsm_verify.cli.commands.check import run as check
+from llfsm_verify.cli.commands.check.run import run as check
 from llfsm_verify.diagnostics import DiagnosticError
 from tests.cli.running import COUNTER, FAULTY, llfsm
 
@@ -104,7 +104,7 @@ def test_the_faulty_lights_have_no_fault():
 
 @pytest.mark.parametrize(("error", "code", "words"), [(ValueError, 70, "our bug"), (MemoryError, 4, "out of memory")])
 def test_one_failure_does_not_hide_the_others(folder, monkeypatch, error, code, words):
-    from llfsm_verify.cli.commands import check as module
+    from llfsm_verify.cli.commands.check import run as module
 
     real = module.verify
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from llfsm_verify.cli.commands.guard import _listed, _proved
+from llfsm_verify.cli.commands.guard.run import _listed, _proved
 from llfsm_verify.cli.io.decided import say_decided, when_decided
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.guarding.guardable import Guardable

@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from llfsm_verify.cli.arguments import llfsm_parser, verify_parser
+from llfsm_verify.cli.commands import llfsm_parser, verify_parser
 from llfsm_verify.cli.parser import Parser
 from tests.cli.running import LIGHTS, PROPERTIES, llfsm
 

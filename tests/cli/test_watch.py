@@ -9,10 +9,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from llfsm_verify.cli import watching
-from llfsm_verify.cli.arguments import llfsm_parser
-from llfsm_verify.cli.checked import changes
-from llfsm_verify.cli.commands import verify
+from llfsm_verify.cli.commands import llfsm_parser
+from llfsm_verify.cli.commands.verify import run as verify
+from llfsm_verify.cli.commands.verify import watching
 from llfsm_verify.cli.inputs import files_read
 from tests.cli.running import llfsm
 
@@ -84,7 +83,7 @@ def test_saving_checks_again_until_interrupted(folder, watched):
     assert "changed: m.machine.yaml" in second and "p: violated → holds" in second
     replaced(machine, MACHINE)
     assert "violated  p" in watched.until("watching")
-    assert list(changes({"a": "holds", "b": "holds"}, {"a": "holds", "c": "unknown"})) == [
+    assert list(watching.changes({"a": "holds", "b": "holds"}, {"a": "holds", "c": "unknown"})) == [
         "c: new, unknown",
         "b: not asked any more",
     ]
@@ -125,8 +124,18 @@ def test_a_property_that_is_missing_for_a_moment_does_not_end_it(folder, monkeyp
     """`--only` names one that an edit has renamed: that is said as wrong usage, and the next change is waited for."""
     monkeypatch.chdir(folder)
     words = ["verify", "--watch", "a.yaml", "p.ltl", "--only", "renamed"]
-    assert verify._verified(llfsm_parser(words).parse_args(words)).code == 2
-    assert "--only: there is no property `renamed`" in capsys.readouterr().err
+    options = llfsm_parser(words).parse_args(words)
+    waited = []
+
+    def wait(known: object) -> list[Path]:
+        waited.append(known)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(watching, "wait_for_change", wait)
+    with pytest.raises(KeyboardInterrupt):
+        watching.watch(options, verify._verified)
+    assert len(waited) == 1
+    assert "error: --only: there is no property `renamed`" in capsys.readouterr().err
 
 
 def test_the_files_of_a_check(folder):

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from llfsm_verify.cli.arguments import llfsm_parser
+from llfsm_verify.cli.commands import llfsm_parser
 
 ACTION, WORKFLOW, HOOKS = Path("action.yml"), Path("examples/ci/github.yml"), Path(".pre-commit-hooks.yaml")
 

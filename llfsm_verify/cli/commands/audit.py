@@ -3,10 +3,30 @@
 from __future__ import annotations
 
 import sys
-from argparse import Namespace
+from argparse import ArgumentTypeError, Namespace
 
+from llfsm_verify.cli.parser import Parser
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.runtime.whiteboard.audit import CHANGED, verify
+
+
+def arguments(parser: Parser) -> None:
+    """Of `llfsm audit`."""
+    parser.about(
+        "Tell whether each line of an audit log of `llfsm run --audit` is as it was written.",
+        "llfsm audit verify run.audit",
+        "exit codes: 0 it is as it was written, 1 it was changed, 2 wrong usage, 3 it cannot be read",
+    )
+    parser.add_argument("asked", choices=("verify",), metavar="verify", help="compare the hashes of all lines")
+    parser.add_argument("log", metavar="LOG", help="the file")
+    parser.add_argument("--last", metavar="HASH", type=hashed, help="what the run printed for the last line")
+
+
+def hashed(text: str) -> str:
+    """A hash as a run prints it."""
+    if len(text) != 64 or set(text) - set("0123456789abcdefABCDEF"):
+        raise ArgumentTypeError(f"{text[:40]!r} is not a hash: those have 64 hexadecimal digits")
+    return text
 
 
 def run(options: Namespace) -> int:

@@ -5,6 +5,19 @@ from __future__ import annotations
 from argparse import Namespace
 
 from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.parser import Parser
+
+SHELLS = ("bash", "zsh", "fish")
+
+
+def arguments(parser: Parser) -> None:
+    """Of `llfsm completion`."""
+    parser.about(
+        "Print what makes a shell complete commands, options and files of `llfsm` and `llfsm-verify`.",
+        "llfsm completion bash >> ~/.bashrc\nllfsm completion fish > ~/.config/fish/completions/llfsm.fish",
+        "exit codes: 0 printed, 2 wrong usage",
+    )
+    parser.add_argument("shell", metavar="SHELL", choices=SHELLS, help=", ".join(SHELLS))
 
 
 def run(options: Namespace) -> int:

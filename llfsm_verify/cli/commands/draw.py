@@ -4,41 +4,56 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
+from typing import TYPE_CHECKING
 
-from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.cli.drawing_format import WrongEnding, drawing_format
-from llfsm_verify.cli.io.outputs import ready, ready_beside
-from llfsm_verify.cli.io.whole_file import write_whole
-from llfsm_verify.cli.usage import usage
-from llfsm_verify.diagnostics import Span
-from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.cli.arguments import arrangement, output
+from llfsm_verify.cli.drawing_format import drawing_format
+from llfsm_verify.cli.io.files import ready, ready_beside, write_whole
+from llfsm_verify.cli.parser import Parser, UsageError
 from llfsm_verify.report.drawing import UNWRITABLE
-from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.drawing.graph import Graph, summarise
 
+if TYPE_CHECKING:
+    from llfsm_verify.arrangement.model import Arrangement
+    from llfsm_verify.diagnostics import Span
+
 MISFIT = 3
+
+
+def arguments(parser: Parser) -> None:
+    """Of `llfsm draw`."""
+    parser.about(
+        "Draw the arrangement (machines, whiteboard, schedule), one of its machines, or a saved trace on its machines.",
+        "llfsm draw arrangement.yaml --machine north -o north.svg",
+        "exit codes: 0 drawn, 2 wrong usage, 3 input files wrong or unreadable, the trace does not fit, or the drawing "
+        "cannot be written",
+    )
+    add = parser.add_argument
+    arrangement(parser)
+    add("--machine", metavar="M", help="draw the states of this machine instance")
+    add("--trace", metavar="FILE", help="mark on the machine, or on all, where this saved trace goes and how it ends")
+    add("--format", choices=DRAWINGS, help="default: by the ending of FILE, else dot")
+    output(parser)
 
 
 def run(options: Namespace) -> int:
     """Returns 0, 2 for wrong usage, 3 for a trace that does not fit; raises DiagnosticError: wrong files, no drawing
     library (E406), output not writable (E407)."""
-    try:
-        wanted = drawing_format(options.format, options.output)
-    except WrongEnding as wrong:
-        return usage(str(wrong))
+    from llfsm_verify.arrangement import load_arrangement
+
+    wanted = drawing_format(options.format, options.output)
     arrangement = load_arrangement(options.arrangement)
     names = [machine.name for machine in arrangement.texts]
     if options.machine is not None and options.machine not in names:
-        return usage(f"there is no machine `{options.machine}`; there are {', '.join(names)}")
+        raise UsageError(f"there is no machine `{options.machine}`; there are {', '.join(names)}")
     graph = _graph(arrangement, options)
     if graph is None:
         return MISFIT
     graph, note = summarise(graph)
     if note is not None:
         print(note, file=sys.stderr)
-    ready(arrangement, PropertySet(()), options.output, (UNWRITABLE, UNWRITABLE), "the drawing")
+    ready(arrangement, None, options.output, (UNWRITABLE, UNWRITABLE), "the drawing")
     text = DRAWINGS.load(wanted)(graph)
     write_whole(text, options.output, UNWRITABLE, "the drawing")
     return 0
@@ -46,6 +61,8 @@ def run(options: Namespace) -> int:
 
 def _graph(arrangement: Arrangement, options: Namespace) -> Graph | None:
     """What is to be drawn; None, which standard error explains, when the trace does not fit."""
+    from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
+
     if options.trace is not None:
         return _traced(arrangement, options)
     if options.machine is None:

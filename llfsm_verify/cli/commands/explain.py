@@ -5,19 +5,32 @@ from __future__ import annotations
 from argparse import Namespace
 
 from llfsm_verify.cli.io.output import Output
-from llfsm_verify.cli.usage import usage
+from llfsm_verify.cli.parser import Parser, UsageError
 from llfsm_verify.registry import meant
-from llfsm_verify.report.codes import SECTIONS, all_codes, explained, sentence
+
+
+def arguments(parser: Parser) -> None:
+    """Of `llfsm explain`."""
+    parser.about(
+        "Say what a diagnostic means, with an example and how to correct it.",
+        "llfsm explain E110",
+        "exit codes: 0 explained, 2 wrong usage, or there is no such code",
+    )
+    parser.add_argument(
+        "code", metavar="CODE", nargs="*", help="such as E110 (default: list all codes with their meaning)"
+    )
 
 
 def run(options: Namespace) -> int:
     """Explains each code of `options.code`, or lists all; returns 2 when one of them is not a code."""
+    from llfsm_verify.report.codes import SECTIONS, all_codes, explained, sentence
+
     codes = all_codes()
     wanted = [code.upper() for code in options.code]
     for code in wanted:
         if code not in codes:
             listed = "; `llfsm explain` lists them"
-            return usage(f"there is no diagnostic `{code[:100]}`{meant(code, codes) or listed}")
+            raise UsageError(f"there is no diagnostic `{code[:100]}`{meant(code, codes) or listed}")
     if wanted:
         text = "\n".join(explained(code) + "\n" for code in wanted)
     else:

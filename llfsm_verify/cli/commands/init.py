@@ -13,6 +13,7 @@ from shlex import quote
 from string import Template
 
 from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.parser import Parser
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import publish, unfinished
 
@@ -21,6 +22,24 @@ TESTS = "test_model.py.txt"
 """The template of the tests; called so that no tool takes it for a module of ours."""
 NAMES = {"gitignore": ".gitignore"}
 """Templates whose files are called otherwise: our own git must not obey this one."""
+
+
+def arguments(parser: Parser) -> None:
+    """Of `llfsm init`."""
+    parser.about(
+        "Write a small arrangement with its properties and tests, all of which pass; overwrites nothing.",
+        "llfsm init crossing",
+        "exit codes: 0 written, 2 wrong usage, 3 a file is there already, or cannot be written",
+    )
+    add = parser.add_argument
+    add(
+        "directory",
+        metavar="DIR",
+        nargs="?",
+        default=".",
+        help="the folder, made if it does not exist (default: this folder)",
+    )
+    add("--name", metavar="NAME", help="the name of the arrangement (default: that of the folder)")
 
 
 def run(options: Namespace) -> int:

@@ -6,7 +6,18 @@ import json
 from argparse import Namespace
 
 from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.parser import Parser
 from llfsm_verify.report.schema import SCHEMAS
+
+
+def arguments(parser: Parser) -> None:
+    """Of `llfsm schema`."""
+    parser.about(
+        "Print the JSON Schema (draft 2020-12) of a file format.",
+        "llfsm schema arrangement",
+        "exit codes: 0 printed, 2 wrong usage",
+    )
+    parser.add_argument("name", metavar="SCHEMA", choices=SCHEMAS, help=", ".join(SCHEMAS))
 
 
 def run(options: Namespace) -> int:

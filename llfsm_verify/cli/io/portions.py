@@ -10,9 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
+from llfsm_verify.cli.io.files import is_special
 from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.io.progress import StatusLine
-from llfsm_verify.cli.io.whole_file import is_special
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing
 

@@ -1,0 +1,147 @@
+"""`llfsm kripke`: the Kripke structure of an arrangement, or a model of the arrangement for another checker."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from typing import TYPE_CHECKING
+
+from llfsm_verify.checking.problem import Problem, bind
+from llfsm_verify.cli.io.files import ready
+from llfsm_verify.cli.io.portions import write
+from llfsm_verify.cli.opening import limits_of, open_arrangement, read_properties, refuse_two_inputs
+from llfsm_verify.cli.parser import UsageError
+from llfsm_verify.exports.formats import MODELS
+from llfsm_verify.kripke.export.formats import STRUCTURES
+from llfsm_verify.limits import Budget, LimitReached
+from llfsm_verify.logic.properties import PLAIN, Feature
+from llfsm_verify.report.drawing.formats import PICTURES
+
+if TYPE_CHECKING:
+    from llfsm_verify.arrangement.model import Arrangement
+    from llfsm_verify.kripke.structure import Structure
+
+EXPLORING = ("max_states", "memory", "timeout", "partial", "large")
+"""Options that say something about the exploration, or about what it found."""
+SHOWN: frozenset[Feature] = frozenset({"regular", "automaton", "past", "expressions"})
+"""Of these a structure shows the atoms; bounds in time would need the time of each step."""
+NO_TEXT = STRUCTURES.binary | PICTURES.binary
+CUT_SHORT = 4
+"""The exit code when a limit ended the exploration or the writing."""
+
+
+def run(options: Namespace) -> int:
+    """Returns 0, or 4 when a limit ended it; raises DiagnosticError for wrong files and where nothing can be written
+    (E420 to E422, E424)."""
+    refuse_two_inputs([options.arrangement, *options.properties])
+    wanted = _format(options)
+    if wanted is None:
+        endings = ", ".join([*STRUCTURES.suffixes, *PICTURES.suffixes, *MODELS.suffixes])
+        raise UsageError(f"no format ends like `{options.output}`: name it {endings}, or give --format")
+    if wanted in NO_TEXT and options.output in (None, "-"):
+        raise UsageError(f"{wanted} is not a text format: name a file with -o")
+    needless = [name for name in EXPLORING if getattr(options, name)] if wanted in MODELS else []
+    if needless:
+        named = " and ".join(f"--{name.replace('_', '-')}" for name in needless)
+        raise UsageError(f"{named}: the format {wanted} is written without exploring; leave that out")
+    arrangement = open_arrangement(options.arrangement)
+    properties = read_properties(options, PLAIN if wanted in MODELS else SHOWN)
+    ready(arrangement, properties, options.output, ("E422", "E422"), "the structure")
+    problem = bind(arrangement, properties)
+    if wanted in MODELS:
+        write([_model(wanted, problem, options)], options.output)
+        return 0
+    return _structure(wanted, arrangement, problem, options)
+
+
+def _format(options: Namespace) -> str | None:
+    """The format asked for, or that the output's name ends in; None: it ends in nothing that we write."""
+    chosen: str | None = options.format
+    if chosen is None and options.output not in (None, "-"):
+        return next(
+            filter(None, (formats.named_by(options.output) for formats in (STRUCTURES, PICTURES, MODELS))), None
+        )
+    return chosen or "json"
+
+
+# ---------------------------------------------------------------- models for other checkers
+
+
+def _model(wanted: str, problem: Problem, options: Namespace) -> str:
+    from llfsm_verify.exports.flat import Specification
+    from llfsm_verify.language.trees import of_kind
+    from llfsm_verify.language.typed import Literal
+
+    program = problem.program(keep_all_bits=options.keep_all_bits)
+    goals = tuple((p.name, p.formula) for p in problem.properties if p.formula is not None)
+    assumptions = tuple((p.name, p.formula) for p in problem.assumptions if p.formula is not None)
+    arrangement = problem.arrangement
+    variables = [w.variable for w in arrangement.whiteboard]
+    variables += [v for m in arrangement.texts for v in (*m.variables, *(v for s in m.states for v in s.variables))]
+    declared = {v.name: v.span for v in variables}
+    written = (tuple(m.states for m in arrangement.texts), tuple(a.expression for a in problem.atoms))
+    numbers = {literal.value: literal.span for literal in of_kind(written, Literal)}
+    return MODELS.load(wanted)(Specification(program, goals, assumptions, declared, numbers))
+
+
+# ---------------------------------------------------------------- structures
+
+
+def _structure(wanted: str, arrangement: Arrangement, problem: Problem, options: Namespace) -> int:
+    from llfsm_verify.kripke.export.dot import READABLE
+
+    budget = Budget(limits_of(options))
+    try:
+        structure = _explore(arrangement, problem, options, budget)
+    except LimitReached as reached:
+        return _cut_short(f"nothing was written: {reached}")
+    for fault in structure.faults:
+        note = f"note: {fault.place}: {fault.message} in a step from configuration {fault.configuration}, which it ends"
+        print(note, file=sys.stderr)
+    if not structure.complete and not options.partial:
+        found = f"{len(structure):,} configurations have been found"
+        return _cut_short(f"nothing was written: {structure.stopped}; {found}. --partial writes such a part")
+    drawn = wanted == "dot" or wanted in PICTURES
+    if drawn and len(structure) > READABLE and not options.large:
+        raise UsageError(
+            f"{len(structure):,} configurations are more than a drawing can show ({READABLE}): "
+            "choose another format, or ask for it with --large"
+        )
+    if not structure.complete:
+        print(f"only a part is written: {structure.stopped}", file=sys.stderr)
+        budget.grant(float("inf"))  # the time may be used up: it was for the exploration
+    try:
+        budget.check()
+        pieces = PICTURES.load(wanted)(structure) if wanted in PICTURES else STRUCTURES.load(wanted)(structure)
+        write(pieces, options.output, budget.check)
+    except LimitReached as reached:
+        there = "standard output breaks off" if options.output in (None, "-") else "nothing was written"
+        return _cut_short(f"{there}: {reached} while {len(structure):,} configurations were written")
+    return 0 if structure.complete else CUT_SHORT
+
+
+def _cut_short(message: str) -> int:
+    print(message, file=sys.stderr)
+    return CUT_SHORT
+
+
+def _explore(arrangement: Arrangement, problem: Problem, options: Namespace, budget: Budget) -> Structure:
+    from llfsm_verify.checking.verdict import Progress
+    from llfsm_verify.cli.io.progress import ProgressLine
+    from llfsm_verify.kripke.graph import Graph
+    from llfsm_verify.kripke.structure import structure
+    from llfsm_verify.limits import memory_in_use
+
+    with ProgressLine() as line:
+
+        def report(graph: Graph) -> None:
+            configurations, nodes = graph.configurations, len(graph)
+            line.update(Progress(configurations, graph.expanded, nodes, graph.depth, budget.seconds, memory_in_use()))
+
+        return structure(
+            arrangement,
+            problem,
+            keep_all_bits=options.keep_all_bits,
+            budget=budget,
+            report=report if line.shown else None,
+        )

@@ -1,0 +1,247 @@
+"""`llfsm monitor`: whether properties can be decided at run time, and their monitors as machines, tables, drawings."""
+
+from __future__ import annotations
+
+import re
+import sys
+from argparse import Namespace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, cast
+
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.cli.formulas import source_of
+from llfsm_verify.cli.io.files import ready, ready_beside, write_whole
+from llfsm_verify.cli.opening import COMMAND_LINE, chosen, open_arrangement, refuse_two_inputs, told
+from llfsm_verify.cli.parser import UsageError
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, Span
+from llfsm_verify.logic import codes
+from llfsm_verify.logic.bounds import Clock
+from llfsm_verify.logic.formula import TIMED, operators
+from llfsm_verify.logic.lines import Kind, has_header
+from llfsm_verify.logic.parsing.bounds import decimal
+from llfsm_verify.logic.parsing.definitions import is_definition
+from llfsm_verify.logic.parsing.regular import parse_regular
+from llfsm_verify.logic.parsing.tokens import BINARY, tokenise
+from llfsm_verify.logic.parsing.words import Words
+from llfsm_verify.logic.properties import FEATURES, Property, PropertySet, parse_properties
+from llfsm_verify.monitoring.codes import UNWRITABLE
+from llfsm_verify.monitoring.properties import Monitored, Timing, monitor_properties
+from llfsm_verify.monitoring.states import Monitorability
+
+if TYPE_CHECKING:
+    from llfsm_verify.arrangement.model import Arrangement
+
+NOT_MONITORABLE, UNKNOWN = 1, 4
+
+
+def run(options: Namespace) -> int:
+    """Returns 1 when a property is not monitorable, else 4 when a limit left one unknown, else 0; raises
+    DiagnosticError for wrong properties and files, and where a machine or table cannot be made (E430 to E436)."""
+    if options.from_machine is not None:
+        return _from_machine(options)
+    _refuse_misuse(options)
+    arrangement = None if options.arrangement is None else open_arrangement(options.arrangement)
+    lines = _lines(options)
+    goals = _goals(options, lines, arrangement)
+    if arrangement is not None:
+        ready(arrangement, lines, options.output, (UNWRITABLE, UNWRITABLE), "the monitor")
+    ready_beside(options.properties, options.output, UNWRITABLE, "the monitor")
+    # A machine has one turn a cycle: time passes between any two of its letters.
+    timing = Timing(_clock(arrangement, lines), options.shape == "machine")
+    made: list[Monitored] = []
+    unknown = False
+    for line in goals:
+        try:
+            made.append(monitor_properties(line, lines.assumptions, timing))
+        except AutomatonTooLarge as limit:
+            print(Diagnostic(codes.LIMIT, f"unknown: {limit}", line.span).render(), file=sys.stderr)
+            unknown = True
+    text, code = _text(options, made, lines, arrangement, timing.clock)
+    if text:
+        write_whole(text, options.output, UNWRITABLE, "the monitor")
+    return code or (UNKNOWN if unknown else 0)
+
+
+def _refuse_misuse(options: Namespace) -> None:
+    """UsageError: options that do not go together."""
+    if not options.properties:
+        raise UsageError("PROPERTY is missing, or --from-machine MACHINE (`llfsm monitor --help` says more)")
+    refuse_two_inputs(options.properties)
+    if options.shape != "machine" and (options.set or options.suspend):
+        raise UsageError("--set and --suspend say what a machine does: they need --as machine")
+
+
+def _goals(options: Namespace, lines: PropertySet, arrangement: Arrangement | None) -> Sequence[Property]:
+    """The properties that are monitored. UsageError: no property is left, or too many are."""
+    if arrangement is not None:
+        from llfsm_verify.checking.problem import refuse_hiding
+
+        refuse_hiding(arrangement, lines)
+    goals = told(chosen(lines, options.only), arrangement).goals
+    if not goals:
+        raise UsageError("there is no property")
+    if options.shape != "text" and len(goals) > 1:
+        names = " or ".join(p.name for p in goals)
+        raise UsageError(f"a {options.shape} is of one property: choose with --only {names}")
+    return goals
+
+
+def _from_machine(options: Namespace) -> int:
+    """The rules of a machine, as a property file."""
+    from llfsm_verify.monitoring.rules import rules_of
+
+    if options.properties or options.shape != "text" or options.only or options.set or options.suspend:
+        raise UsageError("--from-machine writes properties: give them to another `llfsm monitor`, or to `llfsm verify`")
+    arrangement = None if options.arrangement is None else open_arrangement(options.arrangement)
+    if arrangement is None:
+        raise UsageError("--from-machine needs --arrangement FILE, which says what its parameters are")
+    try:
+        rules = rules_of(arrangement, options.from_machine)
+    except KeyError:
+        names = ", ".join(machine.name for machine in arrangement.texts)
+        raise UsageError(f"there is no machine `{options.from_machine[:60]}`, but {names}") from None
+    ready(arrangement, None, options.output, (UNWRITABLE, UNWRITABLE), "the properties")
+    write_whole("".join(f"{rule.line}\n" for rule in rules), options.output, UNWRITABLE, "the properties")
+    return 0
+
+
+def _text(
+    options: Namespace,
+    made: list[Monitored],
+    lines: PropertySet,
+    arrangement: Arrangement | None,
+    clock: Clock | None,
+) -> tuple[str, int]:
+    """What is written, and 1 when a property cannot be monitored."""
+    from llfsm_verify.report.monitor import monitor_graph, summary
+
+    if arrangement is not None and options.shape != "machine":  # which refuses it
+        from llfsm_verify.monitoring.machine_reads import surroundings_in
+
+        asked = PropertySet((*lines.assumptions, *(found.line for found in made)))
+        warning = surroundings_in(asked.atoms, arrangement) if made else None
+        if warning is not None:
+            print(warning.render(), file=sys.stderr)
+    never = any(found.monitor.monitorability is Monitorability.NEVER for found in made)
+    if options.shape == "text" or not made:
+        return "".join(summary(found) + "\n" for found in made), NOT_MONITORABLE if never else 0
+    (found,) = made
+    if never:
+        from llfsm_verify.monitoring.machine import not_monitorable
+
+        print(not_monitorable(found).render(), file=sys.stderr)
+        return "", NOT_MONITORABLE
+    if options.shape == "dot":
+        from llfsm_verify.report.drawing.dot import dot
+        from llfsm_verify.report.drawing.graph import summarise
+
+        graph, note = summarise(monitor_graph(found))
+        if note is not None:
+            print(note, file=sys.stderr)
+        return dot(graph), 0
+    if options.shape == "table":
+        from llfsm_verify.monitoring.json import table_json
+
+        try:
+            return table_json(found), 0
+        except AutomatonTooLarge as limit:
+            print(Diagnostic(codes.LIMIT, f"unknown: {limit}", found.line.span).render(), file=sys.stderr)
+            return "", UNKNOWN
+    return _machine(options, found, lines, arrangement, clock), 0
+
+
+def _machine(
+    options: Namespace, found: Monitored, lines: PropertySet, arrangement: Arrangement | None, clock: Clock | None
+) -> str:
+    """The machine file; what the machine sees is said in it and on standard error."""
+    from llfsm_verify.monitoring.machine import Action, monitor_machine, sight
+
+    places: Mapping[str, Fragment] = {**lines.atoms, **found.line.atoms}
+    action = Action(tuple(dict.fromkeys(options.set)), tuple(dict.fromkeys(options.suspend)))
+    plain = monitor_machine(found, places, arrangement, action)
+    notes = sight(plain.reads, arrangement)
+    if clock is not None:
+        notes.append(
+            f"Bounds in time count its turns: it has one a cycle, and a cycle takes {decimal(clock.period)} ms."
+        )
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr)
+    return monitor_machine(found, places, arrangement, action, notes).text
+
+
+def _clock(arrangement: Arrangement | None, lines: PropertySet) -> Clock | None:
+    """The clock of bounds in time. DiagnosticError: there are some and no arrangement (E335), or the properties do not
+    fit the arrangement."""
+    if arrangement is not None:
+        from llfsm_verify.checking.problem import bind
+
+        return bind(arrangement, lines).clock
+    timed = [line for line in lines if line.formula is not None and operators(line.formula) & TIMED]
+    if timed:
+        message, hint = "a bound in time needs to know how long a cycle takes", "give --arrangement FILE"
+        raise DiagnosticError(Diagnostic(codes.UNTRANSLATED, message, line.span, hint=hint) for line in timed)
+    return None
+
+
+# ---------------------------------------------------------------- properties
+
+
+def _lines(options: Namespace) -> PropertySet:
+    """The lines of all arguments, with unique names: formulas on the command line are called P1, P2 and so on."""
+    found: list[Property] = []
+    mistakes: list[Diagnostic] = []
+    direct = 0
+    sources = [source_of(argument) for argument in options.properties]
+    defined = [s.text for s in sources if s.name == COMMAND_LINE and is_definition(s.text.lstrip(), 0)]
+    definitions: dict[str, Span] = {}
+    for source in sources:
+        try:
+            if source.name != COMMAND_LINE:
+                read = parse_properties([source], options.syntax, FEATURES)
+                found += read
+                definitions |= read.definitions
+            elif source.text not in defined:
+                direct += 1
+                found += _direct(source, f"P{direct}", options.syntax, defined, definitions)
+        except DiagnosticError as error:
+            mistakes += error.diagnostics
+    names: dict[str, Property] = {}
+    for line in found:
+        if line.name in names:
+            notes = (f"the other one is at {names[line.name].span}",)
+            message = f"there are two properties `{line.name}`"
+            mistakes.append(Diagnostic(codes.DUPLICATE_NAME, message, line.span, notes))
+        names[line.name] = line
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    return PropertySet(tuple(found), definitions)
+
+
+_REGULAR = re.compile(r"(enforce|forbid(?:[ \t]+initially)?)\b")
+
+
+def _direct(source: Source, name: str, syntax: str, defined: list[str], definitions: dict[str, Span]) -> list[Property]:
+    """An argument that is no file: lines of a property file, or an `enforce` or `forbid` line without a name.
+
+    `defined` are the arguments that are definitions; the places of their names are added to `definitions`."""
+    text = Fragment.whole(source)
+    tokens = [token for token in tokenise(source.text) if token.type != "NEWLINE"]
+    start = tokens[0].start if tokens else 0
+    match = None if has_header(source.text, start) else _REGULAR.match(source.text, start)
+    body = [token for token in tokens if match is not None and token.start >= match.end()]
+    if match is None or (body and body[0].type in BINARY):  # an atom may be called so
+        given = Source(COMMAND_LINE, "\n".join([*defined, source.text])) if defined else source
+        lines = parse_properties([given], syntax, FEATURES)
+        definitions |= lines.definitions
+        return [replace(line, name=name) if line.name == f"L{line.span.line}" else line for line in lines]
+    kind = " ".join(match[1].split())
+    if not body:
+        raise DiagnosticError(
+            Diagnostic(codes.EMPTY, f"there is no expression after `{kind}`", text.span(*match.span(1)))
+        )
+    words = Words(text, body)
+    parsed = parse_regular(words)
+    last = len(body) - 1
+    place = words.span(0, last)
+    return [Property(name, cast(Kind, kind), words.text(0, last), place, None, parsed.atoms, expression=parsed.formula)]
