@@ -15,11 +15,10 @@ from typing import TYPE_CHECKING
 from llfsm_verify.lazily import imported
 
 if TYPE_CHECKING:
-    from llfsm_verify.testing.run import Run, RunFailed, Subject
+    from llfsm_verify.testing.run import Run, RunFailed, Subject, load
     from llfsm_verify.testing.stateful import ArrangementStateMachine
     from llfsm_verify.testing.strategies import input_sequences, inputs, runs
     from llfsm_verify.testing.stretches import Stretch
-    from llfsm_verify.testing.subject import load
     from llfsm_verify.testing.tested import UntestedWarning
 
 __all__ = [
@@ -36,11 +35,10 @@ __all__ = [
 ]
 
 _PLACES = {
-    "testing.run": ("Run", "RunFailed", "Subject"),
+    "testing.run": ("Run", "RunFailed", "Subject", "load"),
     "testing.stateful": ("ArrangementStateMachine",),
     "testing.strategies": ("input_sequences", "inputs", "runs"),
     "testing.stretches": ("Stretch",),
-    "testing.subject": ("load",),
     "testing.tested": ("UntestedWarning",),
 }
 

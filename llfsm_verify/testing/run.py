@@ -1,20 +1,29 @@
-"""A run of an arrangement in stretches, whose monitors are asked after every ringlet."""
+"""Runs of an arrangement in stretches, whose monitors are asked after every ringlet; told again to the executor, and to
+people as a program to paste. `load` makes the arrangement of a test, from files or from values.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import os
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NoReturn
 
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.replay.confirm import Schedule
-from llfsm_verify.diagnostics import Disagreement, counted
+from llfsm_verify.diagnostics import Disagreement, Source, counted
+from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.logic.reading import names_file, read_source
 from llfsm_verify.monitoring.states import MonitorVerdict
+from llfsm_verify.program.moves import Move
 from llfsm_verify.runtime.stepping.monitored import FOR_EVER
 from llfsm_verify.runtime.stepping.simulation import SimulationFault, SimulationOverflow
-from llfsm_verify.testing.stretches import Failure, Stretch, Taken
+from llfsm_verify.testing.stretches import Failure, Performed, Stretch
 from llfsm_verify.testing.tested import Tested
+from llfsm_verify.testing.wrapped import Wrapper, unwrap
 from llfsm_verify.values import Shown
 
 if TYPE_CHECKING:
@@ -50,9 +59,9 @@ class Run:
         self.subject = subject
         self.free = dict(free)
         self.simulation = subject.simulation.anew(free=free)
-        self.inputs: dict[str, Shown] = {name: knob.shown(knob.start) for name, knob in subject.knobs.items()}
+        self.inputs: dict[str, Shown] = {name: each.shown(each.start) for name, each in subject.stimuli.items()}
         """The inputs and ages as they are held."""
-        self.taken: list[Taken] = []
+        self.performed: list[Performed] = []
         self.failure: Failure | None = None
         self._findings: tuple[Finding, ...] | None = None
         self._look()
@@ -60,7 +69,7 @@ class Run:
     @property
     def steps(self) -> int:
         """Ringlets so far."""
-        return sum(taken.ringlets for taken in self.taken)
+        return sum(taken.ringlets for taken in self.performed)
 
     @property
     def changes(self) -> int:
@@ -70,9 +79,7 @@ class Run:
     @property
     def stretches(self) -> tuple[Stretch, ...]:
         """The run in as few stretches as possible, each with the inputs that it really changes."""
-        from llfsm_verify.testing.reproducing import plainly
-
-        return tuple(plainly(self.subject, self.taken))
+        return tuple(plainly(self.subject, self.performed))
 
     # ------------------------------------------------------------ going on
 
@@ -140,13 +147,13 @@ class Run:
             self._fail(Failure((), None))
         finally:
             done = simulation.steps - begin + faulted
-            self.taken.append(Taken(self._performed(stretch, done, cycles), done, dict(self.inputs)))
+            self.performed.append(Performed(self._performed(stretch, done, cycles), done, dict(self.inputs)))
 
     def _check(self, stretch: Stretch) -> None:
         """ValueError: the stretch names what is not there."""
         for name in stretch.changes:
-            if name not in self.subject.knobs:
-                known = ", ".join(self.subject.knobs) or "none at all"
+            if name not in self.subject.stimuli:
+                known = ", ".join(self.subject.stimuli) or "none at all"
                 raise ValueError(f"there is no input {name!r} that can change, only {known}")
         names = [p.name for p in self.subject.program.processes]
         if stretch.process is not None and stretch.process not in names:
@@ -182,9 +189,7 @@ class Run:
     @property
     def schedule(self) -> Schedule:
         """The whole run as the executor is told it: each ringlet's process, and a value for every choice."""
-        from llfsm_verify.testing.reproducing import schedule_of
-
-        return schedule_of(self.subject, self.free, self.taken, self.simulation.record)
+        return schedule_of(self.subject, self.free, self.performed, self.simulation.record)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -217,8 +222,6 @@ class Run:
 
     def program(self) -> str:
         """Python text that repeats the run by itself."""
-        from llfsm_verify.testing.reproducing import program_of
-
         return program_of(self.subject, self.free, self.stretches)
 
     def report(self) -> str:
@@ -256,3 +259,102 @@ class Subject(Tested):
         Raises RunFailed when the first configuration already violates a property, ValueError for wrong `free`.
         """
         return Run(self, dict(free or {}))
+
+
+def schedule_of(subject: Tested, free: Mapping[str, Shown], performed: Sequence[Performed], end: bytes) -> Schedule:
+    """The run that ends in the configuration `end` as a schedule, made by stepping it once more."""
+    simulation = subject.simulation.anew(free=free)
+    chosen = subject.execution.free(simulation.record)
+    moves: list[Move] = []
+    turn = 0
+    count = len(subject.program.processes)
+    names = [p.name for p in subject.program.processes]
+    record = simulation.record
+    for part in performed:
+        for number in range(part.ringlets):
+            values = {**part.inputs, **(part.stretch.reads if number == 0 else {})}
+            choices = simulation.choices(values)
+            enabled = subject.execution.enabled(record)
+            process = None
+            if enabled and part.stretch.process is not None:
+                process = names.index(part.stretch.process)
+            elif enabled:
+                process = min(enabled, key=lambda p: (p - turn) % count)
+            moves.append(Move(process, choices))
+            result = subject.execution.step(record, moves[-1])
+            record = result.record
+            if process is not None and not result.status:
+                turn = (process + 1) % count
+    assert record == end, "the run is told as it was"
+    return Schedule(chosen, tuple(moves), None)
+
+
+def plainly(subject: Tested, performed: Sequence[Performed]) -> list[Stretch]:
+    """The same run in as few stretches as possible, each with the inputs that it really changes."""
+    now: dict[str, Shown] = {name: each.shown(each.start) for name, each in subject.stimuli.items()}
+    found: list[Stretch] = []
+    for part in performed:
+        if not part.ringlets:
+            continue
+        one = replace(part.stretch, changes={name: value for name, value in part.inputs.items() if now[name] != value})
+        now = dict(part.inputs)
+        last = found[-1] if found else None
+        if last is not None and not (one.changes or one.reads) and (last.unit, last.process) == (one.unit, one.process):
+            found[-1] = last.of(last.turns + one.turns)
+        else:
+            found.append(one)
+    return found
+
+
+def program_of(subject: Tested, free: Mapping[str, Shown], stretches: Sequence[Stretch]) -> str:
+    """Python text that makes the run anew and, when it failed, fails again."""
+    properties = _properties_text(subject)
+    lines: list[str] = []
+    given = f", {properties}" if properties else ""
+    lines.append(f"subject = load({subject.arrangement.path!r}{given})")
+    lines.append(f"run = subject.start({dict(free)!r})" if free else "run = subject.start()")
+    lines += [f"run.{stretch.unit}({stretch.arguments})" for stretch in stretches]
+    imports = ["from decimal import Decimal", ""] if any("Decimal(" in line for line in lines) else []
+    return "\n".join([*imports, "from llfsm_verify.testing import load", "", *lines]) + "\n"
+
+
+def _properties_text(subject: Tested) -> str:
+    """The properties as an argument of `load`: their files, or their lines."""
+    given = subject.given
+    words = [repr(Path(p).as_posix()) if names_file(p) else _quoted(str(p)) for p in given]
+    if not words:
+        return ""
+    return words[0] if len(words) == 1 else f"[{', '.join(words)}]"
+
+
+def _quoted(text: str) -> str:
+    """A text as Python writes it: over several lines where it has some."""
+    plain = "\n" in text and '"""' not in text and "\\" not in text and not text.endswith('"')
+    return f'"""{text}"""' if plain else repr(text)
+
+
+Asked = str | Path | Sequence[str | Path]
+"""Properties: the text of a property file, the path of one (a Path, or a str that ends in `.ltl`), or several."""
+
+
+def load(arrangement: str | Path | Arrangement | Wrapper, properties: Asked = ()) -> Subject:
+    """The arrangement of a file, or what `lv.load` or `lv.build` gives, with properties.
+
+    Raises DiagnosticError: one of them is wrong.
+    """
+    if isinstance(arrangement, str | Path):
+        from llfsm_verify.arrangement import load_arrangement
+
+        found = load_arrangement(arrangement)
+    else:
+        found = unwrap(arrangement)
+    given = [properties] if isinstance(properties, (str, Path)) else list(properties)
+    sources = [read_source(p) if names_file(p) else Source("properties", str(p)) for p in given]
+    return Subject(found, parse_properties(sources, features=CHECKED), given)
+
+
+def found_beside(path: str | Path, folder: Path) -> str:
+    """`path` as seen from here, when it is relative to `folder`; absolute paths stay."""
+    whole = os.path.normpath(folder / path)
+    here = os.path.relpath(whole)
+    return whole if here.startswith(os.pardir) else Path(here).as_posix()

@@ -1,10 +1,15 @@
-"""A state machine of Hypothesis that runs an arrangement, with its properties' monitors as invariants."""
+"""A state machine of Hypothesis that runs an arrangement, with its properties' monitors as invariants.
+
+Its failed runs are made shorter (`polish`) in ways that Hypothesis cannot try, since it changes one choice at a time.
+"""
 
 from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import chain, pairwise, product
 from pathlib import Path
 from typing import ClassVar
 
@@ -17,11 +22,9 @@ from hypothesis.stateful import INITIALIZE_RULE_MARKER, RULE_MARKER, RuleBasedSt
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.logic.reading import names_file
 from llfsm_verify.runtime.stepping.monitored import MonitoredSimulation
-from llfsm_verify.testing.run import RunFailed, Subject
-from llfsm_verify.testing.shrinking import polish
+from llfsm_verify.testing.run import Asked, Run, RunFailed, Subject, found_beside, load
 from llfsm_verify.testing.strategies import starts, stretches
 from llfsm_verify.testing.stretches import Stretch
-from llfsm_verify.testing.subject import Asked, found_beside, load
 from llfsm_verify.testing.tested import UntestedWarning
 from llfsm_verify.testing.wrapped import Wrapper
 from llfsm_verify.values import Shown
@@ -92,8 +95,8 @@ class ArrangementStateMachine(RuleBasedStateMachine):
             arrangement = found_beside(arrangement, cls._folder())
         subject = load(arrangement, beside)
         for name in cls.kept:
-            if name not in subject.knobs:
-                known = ", ".join(subject.knobs) or "none at all"
+            if name not in subject.stimuli:
+                known = ", ".join(subject.stimuli) or "none at all"
                 raise TypeError(f"{cls.__name__}.kept: there is no input {name!r} that can change, only {known}")
         if cls.strict:
             subject.demand_all()
@@ -147,7 +150,7 @@ class ArrangementStateMachine(RuleBasedStateMachine):
             error.add_note(f"{self.run.table()}\n{self.run.program()}")
 
     def _starts(self) -> st.SearchStrategy[dict[str, Shown]]:
-        return starts(self.run.subject) if not self.run.taken else st.just({})
+        return starts(self.run.subject) if not self.run.performed else st.just({})
 
     def _stretches(self) -> st.SearchStrategy[Stretch]:
         return stretches(self.run, without=self.kept, longest=self.longest)
@@ -194,3 +197,90 @@ def _about(count: int) -> str:
     """The power of ten below, and the last number before the next one."""
     low = 10 ** (len(str(count)) - 1)
     return f"{low:,} to {10 * low - 1:,}" if count else "0"
+
+
+MAX_TRIES = 5_000
+"""Runs that are tried for one failure: well below a second of machine code."""
+FEW_PAIRS = 600
+"""So many lengths of two stretches are tried together."""
+
+
+def polish(run: Run) -> Run:
+    """A run that fails in the same way with no more steps and changes: `run` itself, when none is found.
+
+    Greedy: stretches are left out or made shorter, and changes are left out or replaced by others, as long as the run
+    still fails earlier, or as early with fewer changes. The last stretch may become longer meanwhile, as far as the sum
+    becomes smaller.
+    """
+    best, tries = run, 0
+    others = [(name, value) for name, each in run.subject.stimuli.items() for value in each.likely]
+    improved = True
+    while improved:
+        improved = False
+        for candidate in chain(_candidates(best.stretches), _with_others(best.stretches, others)):
+            tries += 1
+            if tries > MAX_TRIES:
+                return best
+            found = _failing(best, candidate)
+            if found is not None and (found.steps, found.changes) < (best.steps, best.changes):
+                best, improved = found, True
+                break
+    return best
+
+
+def _candidates(stretches: Sequence[Stretch]) -> Iterator[list[Stretch]]:
+    """Simpler runs: fewer stretches, then shorter ones, two at once where that is little work, then fewer changes."""
+    total, count = sum(one.turns for one in stretches), len(stretches)
+    for size in range(count - 1, 0, -1):
+        for i in range(count - size + 1):
+            front, back = stretches[:i], stretches[i + size :]
+            yield _ending(front, back, total)
+            if front and back:
+                yield from (_ending([*front[:-1], front[-1].of(n)], back, total) for n in range(1, total))
+    for i, one in enumerate(stretches[:-1]):
+        for turns in range(one.turns):
+            yield _ending([*stretches[:i], one.of(turns)], stretches[i + 1 :], total)
+    for i, (one, two) in enumerate(pairwise(stretches[:-1])):
+        if one.turns * two.turns <= FEW_PAIRS:
+            for a, b in product(range(one.turns + 1), range(two.turns + 1)):
+                yield _ending([*stretches[:i], one.of(a), two.of(b)], stretches[i + 2 :], total)
+    for i, one in enumerate(stretches):
+        for name in one.changes:
+            rest = {other: value for other, value in one.changes.items() if other != name}
+            yield [*stretches[:i], replace(one, changes=rest), *stretches[i + 1 :]]
+        for name in one.reads:
+            rest = {other: value for other, value in one.reads.items() if other != name}
+            yield [*stretches[:i], replace(one, reads=rest), *stretches[i + 1 :]]
+
+
+def _with_others(stretches: Sequence[Stretch], others: Sequence[tuple[str, Shown]]) -> Iterator[list[Stretch]]:
+    """One change is replaced by each of `others`, of the same input or another one."""
+    total = sum(one.turns for one in stretches)
+    for i, one in enumerate(stretches):
+        for name, value in one.changes.items():
+            rest = {n: v for n, v in one.changes.items() if n != name}
+            for other in others:
+                if other[0] not in rest and other != (name, value):
+                    changed = replace(one, changes={**rest, other[0]: other[1]})
+                    yield _ending([*stretches[:i], changed], stretches[i + 1 :], total)
+
+
+def _ending(front: Sequence[Stretch], back: Sequence[Stretch], total: int) -> list[Stretch]:
+    """Both, the last stretch as long as the sum allows: it ends with the failure."""
+    found = [*front, *back]
+    if found:
+        found[-1] = found[-1].of(max(1, total - sum(one.turns for one in found[:-1])))
+    return found
+
+
+def _failing(run: Run, stretches: Sequence[Stretch]) -> Run | None:
+    """A run of these stretches, if it fails as `run` does."""
+    assert run.failure is not None
+    try:
+        again = run.subject.start(run.free)
+        for stretch in stretches:
+            again.take(stretch)
+    except RunFailed as failed:
+        same = failed.failure.fault == run.failure.fault and set(failed.failure.names) >= set(run.failure.names)
+        return failed.run if same else None
+    return None

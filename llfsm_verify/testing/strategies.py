@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.testing.run import Run, RunFailed, Subject
 from llfsm_verify.testing.stretches import Stretch
-from llfsm_verify.testing.tested import Knob, Tested
+from llfsm_verify.testing.tested import Stimulus, Tested
 from llfsm_verify.testing.wrapped import Wrapper, unwrap
 from llfsm_verify.values import Shown
 
@@ -26,8 +26,8 @@ def inputs(arrangement: Arrangement | Wrapper | Subject) -> st.SearchStrategy[di
 
     Shrinks towards the inputs' `init`; favours the values around which guards change (`boundaries.boundaries`).
     """
-    knobs = _inputs(_subject(arrangement))
-    return st.fixed_dictionaries({name: values(knob) for name, knob in knobs.items()})
+    stimuli = _inputs(_subject(arrangement))
+    return st.fixed_dictionaries({name: values(each) for name, each in stimuli.items()})
 
 
 @st.composite
@@ -40,11 +40,15 @@ def input_sequences(
     """
     if not 1 <= min_size <= max_size:
         raise ValueError("sequences have at least one step, and min_size at most max_size")
-    knobs = _inputs(_subject(arrangement))
+    stimuli = _inputs(_subject(arrangement))
     size = draw(st.integers(min_size, max_size))
     place = st.integers(0, size - 1)
-    at = draw(st.lists(st.tuples(place, changes(knobs)), max_size=size, unique_by=lambda one: one[0])) if knobs else []
-    now = {name: knob.shown(knob.start) for name, knob in knobs.items()}
+    at = (
+        draw(st.lists(st.tuples(place, changes(stimuli)), max_size=size, unique_by=lambda one: one[0]))
+        if stimuli
+        else []
+    )
+    now = {name: each.shown(each.start) for name, each in stimuli.items()}
     changed = dict(at)
     found = []
     for number in range(size):
@@ -79,7 +83,7 @@ def runs(
 
 def starts(subject: Tested) -> st.SearchStrategy[dict[str, Shown]]:
     """Values for the inputs that have any value at first and keep it, by name."""
-    return st.fixed_dictionaries({name: values(knob) for name, knob in subject.free.items()})
+    return st.fixed_dictionaries({name: values(each) for name, each in subject.free.items()})
 
 
 def stretches(run: Run, *, without: Sequence[str] = (), longest: int | None = None) -> st.SearchStrategy[Stretch]:
@@ -95,15 +99,15 @@ def _stretches(
     subject: Subject, enabled: tuple[str, ...], without: tuple[str, ...], longest: int | None
 ) -> st.SearchStrategy[Stretch]:
     """`enabled` are the processes that can step."""
-    knobs = {name: knob for name, knob in subject.knobs.items() if name not in without}
+    stimuli = {name: each for name, each in subject.stimuli.items() if name not in without}
     unit = "cycles" if subject.by_cycle else "ringlets"
     size = 1 if subject.by_cycle else max(1, subject.cycle_length)
     most = size * (longest or subject.longest) if enabled else 2 * size  # only stutters are left
     parts: dict[str, st.SearchStrategy[object]] = {}
-    if knobs:
-        parts["changes"] = changes(knobs)
+    if stimuli:
+        parts["changes"] = changes(stimuli)
     parts[unit] = _turns(most)
-    single = [st.tuples(st.just(choice), values(knob)) for knob in knobs.values() for choice in knob.choices]
+    single = [st.tuples(st.just(choice), values(each)) for each in stimuli.values() for choice in each.choices]
     if single:
         parts["reads"] = st.lists(st.one_of(single), max_size=FEW).map(dict)
     if len(subject.program.processes) > 1 and enabled:
@@ -123,33 +127,33 @@ def _turns(most: int) -> st.SearchStrategy[int]:
     return st.sampled_from([0, *(n for n in range(1, most + 1) for _ in range(round(most / n)))])
 
 
-def changes(knobs: Mapping[str, Knob]) -> st.SearchStrategy[dict[str, Shown]]:
-    """New values for some of `knobs`, mostly few; shrinks towards none.
+def changes(stimuli: Mapping[str, Stimulus]) -> st.SearchStrategy[dict[str, Shown]]:
+    """New values for some of `stimuli`, mostly few; shrinks towards none.
 
     What there is to choose from is written out as far as it is short, the fewest changes first: a change is then one
     choice of Hypothesis, which makes drawing and shrinking quick.
     """
-    single = [(name, value) for name, knob in knobs.items() for value in knob.likely]
+    single = [(name, value) for name, each in stimuli.items() for value in each.likely]
     pairs = [(a, b) for a, b in combinations(single, 2) if a[0] != b[0]] if len(single) ** 2 <= WRITTEN_OUT else []
     some = [{name: value} for name, value in single for _ in range(3)] + [dict(pair) for pair in pairs]
     # About half of what there is to choose from changes nothing: the value is the one that the input has.
     likely = st.sampled_from([{}, *some])
-    if all(knob.is_small for knob in knobs.values()) and (len(knobs) == 1 or (len(knobs) == FEW and pairs)):
+    if all(each.is_small for each in stimuli.values()) and (len(stimuli) == 1 or (len(stimuli) == FEW and pairs)):
         return likely
-    each = st.one_of([st.tuples(st.just(name), values(knob)) for name, knob in knobs.items()])
-    return st.one_of(likely, st.lists(each, max_size=len(knobs), unique_by=lambda one: one[0]).map(dict))
+    each = st.one_of([st.tuples(st.just(name), values(each)) for name, each in stimuli.items()])
+    return st.one_of(likely, st.lists(each, max_size=len(stimuli), unique_by=lambda one: one[0]).map(dict))
 
 
-def values(knob: Knob) -> st.SearchStrategy[Shown]:
+def values(each: Stimulus) -> st.SearchStrategy[Shown]:
     """Values of one input: its `init` first, then those around which something changes, then any."""
-    likely = st.sampled_from(knob.likely)
-    return likely if knob.is_small else st.one_of(likely, st.integers(knob.type.low, knob.type.high).map(knob.shown))
+    likely = st.sampled_from(each.likely)
+    return likely if each.is_small else st.one_of(likely, st.integers(each.type.low, each.type.high).map(each.shown))
 
 
-def _inputs(subject: Subject) -> dict[str, Knob]:
-    """The knobs that are inputs, and neither ages nor what models choose."""
+def _inputs(subject: Subject) -> dict[str, Stimulus]:
+    """The stimuli that are inputs, and neither ages nor what models choose."""
     others = {c.name for c in subject.program.choices if not c.input}
-    return {name: knob for name, knob in subject.knobs.items() if name not in others}
+    return {name: each for name, each in subject.stimuli.items() if name not in others}
 
 
 def _subject(arrangement: Arrangement | Wrapper | Subject) -> Subject:

@@ -62,7 +62,7 @@ class Stretch:
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
+class Performed:
     """A stretch as far as it was performed: in how many ringlets (one that faulted included), with which inputs."""
 
     stretch: Stretch

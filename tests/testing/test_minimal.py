@@ -173,11 +173,11 @@ def fewest_changes(case, most) -> Iterator[tuple[int, int]]:
     subject = case.subject
     execution, monitor = subject.execution, subject.monitors[case.name]
     program = subject.program
-    knobs = list(subject.knobs.values())
+    stimuli = list(subject.stimuli.values())
     schedule = type("Schedule", (), {"free": ()})
     begin = execution.start()
     state = monitor.step(0, monitor.letter(first_letter(execution, schedule)))
-    held = tuple(k.start for k in knobs)
+    held = tuple(k.start for k in stimuli)
     level = {(begin, state, held): 0}
     best: dict[tuple[bytes, int, tuple[int, ...]], int] = dict(level)
     outputs = {a.name: a.output for a in program.atoms}
@@ -187,13 +187,13 @@ def fewest_changes(case, most) -> Iterator[tuple[int, int]]:
         steps += 1
         following: dict[tuple[bytes, int, tuple[int, ...]], int] = {}
         for (record, state, held), changes in level.items():
-            for inputs in product(*(range(k.type.low, k.type.high + 1) for k in knobs)):
+            for inputs in product(*(range(k.type.low, k.type.high + 1) for k in stimuli)):
                 cost = changes + sum(a != b for a, b in zip(held, inputs, strict=True))
                 if cost > most or cost >= least:
                     continue
                 key = (record, state, inputs)
                 if key not in memo:
-                    choices = {c: v for k, v in zip(knobs, inputs, strict=True) for c in (k.name, *k.choices)}
+                    choices = {c: v for k, v in zip(stimuli, inputs, strict=True) for c in (k.name, *k.choices)}
                     result = execution.native.step(record, 0, choices)
                     assert result.status == 0
                     values = execution.layout.decode_outputs(result.record)

@@ -16,7 +16,7 @@ from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.testing import RunFailed, Stretch, Subject, load
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import properties, regular_properties
-from llfsm_verify.testing.shrinking import polish
+from llfsm_verify.testing.stateful import polish
 from llfsm_verify.verification.replay import replay
 from tests.cli.running import llfsm
 from tests.quick import examples, many
@@ -37,9 +37,9 @@ def random_subject(data):
 
 def random_stretch(run, chance):
     """Drawn by a generator of its own: Hypothesis makes most of what it draws last as small as it can."""
-    knobs = list(run.subject.knobs.values())
-    changes = {k.name: chance.choice(k.likely) for k in knobs if chance.random() < 0.4}
-    single = [(choice, k) for k in knobs for choice in k.choices if chance.random() < 0.2]
+    stimuli = list(run.subject.stimuli.values())
+    changes = {k.name: chance.choice(k.likely) for k in stimuli if chance.random() < 0.4}
+    single = [(choice, k) for k in stimuli for choice in k.choices if chance.random() < 0.2]
     reads = {choice: chance.choice(k.likely) for choice, k in single}
     process = chance.choice((None, None, *run.simulation.enabled))
     unit = chance.choice(("ringlets", "cycles"))
@@ -56,7 +56,7 @@ def same_verdicts(data):
         raise
     chance = Random(data.draw(st.integers(0, 1 << 32)))
     try:
-        run = subject.start({name: chance.choice(knob.likely) for name, knob in subject.free.items()})
+        run = subject.start({name: chance.choice(each.likely) for name, each in subject.free.items()})
         for _ in range(6):
             run.take(random_stretch(run, chance))
     except RunFailed as failed:
@@ -92,7 +92,7 @@ def same_steps(data):
     """A stretch in machine code ends where ringlets one by one do."""
     subject = Subject(build_arrangement(data.draw(arrangements())))
     chance = Random(data.draw(st.integers(0, 1 << 32)))
-    free = {name: chance.choice(knob.likely) for name, knob in subject.free.items()}
+    free = {name: chance.choice(each.likely) for name, each in subject.free.items()}
     fast, slow = subject.start(free), subject.start(free)
     for _ in range(5):
         stretch = random_stretch(fast, chance)
@@ -258,7 +258,7 @@ def test_free_inputs_keep_their_value():
 def test_ages_of_untimed_states_can_be_set():
     document = small({"transitions": [{"when": "after(5)", "to": "T"}]}, {"n": {"type": "bool"}}, timing="untimed")
     subject = Subject(build_arrangement(document), parse_properties([Source("test", "stays: G m@S")]))
-    assert set(subject.knobs) == {"m.S.age"}
+    assert set(subject.stimuli) == {"m.S.age"}
     run = subject.start()
     run.ringlets(5)
     with pytest.raises(RunFailed):
@@ -276,7 +276,7 @@ def test_single_reads_can_be_set():
     run.ringlets(2)
     run.ringlets(5, {"go": True})
     with pytest.raises(RunFailed):
-        run.ringlets(5, reads={subject.knobs["go"].choices[0]: False})
+        run.ringlets(5, reads={subject.stimuli["go"].choices[0]: False})
     assert (run.steps, run.changes) == (8, 2)
     assert "reads={'go#1': False}" in run.program()
 

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, find, given, settings
 from llfsm_verify.arrangement import build_arrangement, load_arrangement
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing import Subject, input_sequences, inputs, load, runs
-from llfsm_verify.testing.boundaries import boundaries, longest_wait
+from llfsm_verify.testing.tested import boundaries, longest_wait
 from tests.quick import examples
 
 FEW = settings(max_examples=examples(60), database=None, suppress_health_check=list(HealthCheck))
@@ -53,7 +53,7 @@ def test_boundaries_of_inputs_that_keep_their_value():
 
 def test_atoms_of_properties_are_boundaries_too():
     subject = load(sensor("true"), "far: G (distance < 4321)")
-    assert {4320, 4321, 4322} <= set(subject.knobs["distance"].boundaries)
+    assert {4320, 4321, 4322} <= set(subject.stimuli["distance"].boundaries)
 
 
 def test_stretches_are_as_long_as_clocks_and_counters_ask():
@@ -73,9 +73,9 @@ SPEED = {"decimal": "0.1", "range": "-99.0..99.0"}
 @pytest.mark.slow
 def test_decimals_are_drawn_as_decimals():
     subject = Subject(sensor("distance > 7.25", type=SPEED, init="0.5", internal=""))
-    assert {Decimal("7.1"), Decimal("7.2"), Decimal("7.3")} <= set(subject.knobs["distance"].likely)
+    assert {Decimal("7.1"), Decimal("7.2"), Decimal("7.3")} <= set(subject.stimuli["distance"].likely)
     assert find(inputs(subject), lambda _: True, settings=FEW)["distance"] == Decimal("0.5")
-    other = find(inputs(subject), lambda i: i["distance"] not in subject.knobs["distance"].likely, settings=FEW)
+    other = find(inputs(subject), lambda i: i["distance"] not in subject.stimuli["distance"].likely, settings=FEW)
     assert isinstance(other["distance"], Decimal) and other["distance"] * 10 % 1 == 0
     far = find(input_sequences(subject), lambda steps: steps[-1]["distance"] > 7, settings=FEW)
     assert [step["distance"] for step in far] == [Decimal("7.1")]

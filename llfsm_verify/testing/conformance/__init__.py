@@ -7,8 +7,7 @@
 
 from __future__ import annotations
 
-from llfsm_verify.testing.conformance.delegate import Delegate
-from llfsm_verify.testing.conformance.engines import check_engine, engine_cases
+from llfsm_verify.testing.conformance.engines import Delegate, check_engine, engine_cases
 from llfsm_verify.testing.conformance.executors import (
     Executor,
     Native,

@@ -17,7 +17,7 @@ from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.testing.arrangements import Document, arrangements
-from llfsm_verify.testing.conformance.judging import Answers
+from llfsm_verify.testing.conformance.outcome import Answers
 from llfsm_verify.testing.conformance.reference import TooLarge, answers_to
 from llfsm_verify.testing.programs import programs
 from llfsm_verify.testing.properties import properties, regular_properties

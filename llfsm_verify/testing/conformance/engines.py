@@ -2,23 +2,79 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import cast
 
-from llfsm_verify.checking.engine import Given, Session, Start
+from llfsm_verify.checking.engine import Answer, Explored, Given, Holds, Session, Start, Unknown, Violated
+from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import Exploration, Options, PropertyResult, Result, Verdict
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import LimitReached, Limits
-from llfsm_verify.testing.conformance.delegate import Delegate
-from llfsm_verify.testing.conformance.judging import Answers, judge
 from llfsm_verify.testing.conformance.known import ENDLESS, KNOWN, Known
-from llfsm_verify.testing.conformance.outcome import PATIENCE, Case, Outcome, Wrong, demand_hypothesis, outcomes_of
+from llfsm_verify.testing.conformance.outcome import (
+    PATIENCE,
+    Answers,
+    Case,
+    Outcome,
+    Wrong,
+    demand_hypothesis,
+    judge,
+    outcomes_of,
+)
 from llfsm_verify.testing.conformance.stopping import StoppingBudget, interrupted
 from llfsm_verify.verification import harness
 from llfsm_verify.verification.engines import ENGINES, EngineEntry
+
+
+class Delegate(Session):
+    """Answers as `inner` does."""
+
+    def __init__(self, inner: Session) -> None:
+        self.inner = inner
+        self.asks_again = inner.asks_again
+
+    def search(self) -> None:
+        self.inner.search()
+
+    def ended(self, why: str | None) -> None:
+        self.inner.ended(why)
+
+    def answers(self, goal: Goal) -> Iterable[Answer]:
+        return self.inner.answers(goal)
+
+    def fault_runs(self) -> Iterable[tuple[int, Violated]]:
+        return self.inner.fault_runs()
+
+    def faults(self) -> Holds | Unknown:
+        return self.inner.faults()
+
+    def possible(self) -> bool | None:
+        return self.inner.possible()
+
+    def explored(self) -> Explored | None:
+        return self.inner.explored()
+
+    def watching(self, problem: Problem, nodes: int) -> Explored | None:
+        return self.inner.watching(problem, nodes)
+
+    def count(self) -> None:
+        self.inner.count()
+
+    def exploration(self) -> Exploration:
+        return self.inner.exploration()
+
+    def pulse(self) -> None:
+        self.inner.pulse()
+
+    def blamed(self, error: Exception) -> Exception | None:
+        return self.inner.blamed(error)
+
+    def close(self) -> None:
+        self.inner.close()
+
 
 Check = Callable[[Problem, Options], Result]
 

@@ -25,7 +25,7 @@ from llfsm_verify.logic.regular_evaluate import is_bad
 from llfsm_verify.logic.word import CONNECTIVES
 from llfsm_verify.logic.word import truth as state_truth
 from llfsm_verify.program.program import Int, Program, Var
-from llfsm_verify.testing.conformance.judging import Answers
+from llfsm_verify.testing.conformance.outcome import Answers
 from llfsm_verify.values import Value
 
 Letter = frozenset[str]

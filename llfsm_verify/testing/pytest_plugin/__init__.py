@@ -71,8 +71,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 def arrangement(request: pytest.FixtureRequest) -> Arrangement:
     """The arrangement that the marker `llfsm_arrangement`, or the ini key of that name, names; else the only
     `arrangement.yaml` near the test file."""
-    from llfsm_verify.testing.pytest_plugin.finding import arrangement_of
-    from llfsm_verify.testing.pytest_plugin.session import session_of, without_traceback
+    from llfsm_verify.testing.pytest_plugin.session import arrangement_of, session_of, without_traceback
 
     with without_traceback(request.config):
         return session_of(request.config).arrangement(arrangement_of(request.node, request.config))

@@ -1,4 +1,6 @@
-"""The fixture `check`: properties in a test, answered and shown as on the command line."""
+"""The fixture `check`: properties in a test, answered and shown as on the command line. The run that fails a check is
+saved as a trace file, which goes on failing until the model is mended.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import FaultResult, Options, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.lines import has_header
@@ -19,15 +21,18 @@ from llfsm_verify.logic.properties import PropertySet, asked_text, parse_propert
 from llfsm_verify.logic.reading import GivenLines, read_source
 from llfsm_verify.registry import Unregistered
 from llfsm_verify.report.plain import plain_text
+from llfsm_verify.report.saving import trace_documents
 from llfsm_verify.report.text import result_text
 from llfsm_verify.report.wording import fault_text, vacuity_texts
-from llfsm_verify.testing.pytest_plugin.saving import save_failure
 from llfsm_verify.testing.pytest_plugin.session import failure, session_of, width, without_traceback
+from llfsm_verify.testing.pytest_plugin.texts import SAVE
+from llfsm_verify.testing.saving import keep_trace
 from llfsm_verify.testing.wrapped import Wrapper, unwrap
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 
 if TYPE_CHECKING:
     import pytest
+
 
 PACKAGE = Path(__file__).parent
 
@@ -220,3 +225,45 @@ def _headline(item: PropertyResult, wanted: Verdict) -> str:
     expected = ", and was expected to be violated" if wanted is Verdict.VIOLATED else ""
     words = item.verdict.value if item.verdict is Verdict.HOLDS else f"is {item.verdict.value}"
     return f"{item.name} {words}{expected}: {asked_text(item.kind, item.text)}{because}"
+
+
+def save_failure(
+    result: Result,
+    arrangement: Arrangement,
+    properties: PropertySet,
+    violated: frozenset[str],
+    request: pytest.FixtureRequest,
+    *,
+    faults: bool,
+) -> list[str]:
+    """Save the traces that were not expected where `--llfsm-save` or the ini key says; a line about each.
+
+    A failure that a file of that name already shows is not saved a second time; another one gets a name with a number.
+    Raises DiagnosticError (E405).
+    """
+    named = str(request.config.getoption(SAVE) or request.config.getini(SAVE))
+    items = tuple(item for item in result.properties if item.trace is not None and item.name not in violated)
+    unexpected = replace(result, properties=items, faults=result.faults if faults else _none(result.faults))
+    if not named or not (items or unexpected.faults.findings):
+        return []
+    if not Path(arrangement.path).is_file():
+        return ["no trace saved: the arrangement does not come from a file"]
+    if _is_expected(request):
+        return ["no trace saved: the test is marked xfail, and a saved run would fail by itself"]
+    directory = Path(request.path).parent / named
+    load = session_of(request.config).arrangement
+    lines = []
+    for name, what, text in trace_documents(unexpected, arrangement, properties, directory, "holds"):
+        path, new = keep_trace(directory, name, what, text, arrangement, load)
+        lines.append(f"trace saved{'' if new else ' before'}: {path}")
+    return lines
+
+
+def _is_expected(request: pytest.FixtureRequest) -> bool:
+    """Whether a mark says that the test fails: not where its condition is a value that is false."""
+    conditions = [mark.args or (mark.kwargs.get("condition", True),) for mark in request.node.iter_markers("xfail")]
+    return not request.config.getoption("runxfail", default=False) and any(any(each) for each in conditions)
+
+
+def _none(faults: FaultResult) -> FaultResult:
+    return replace(faults, findings=())

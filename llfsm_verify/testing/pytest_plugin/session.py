@@ -1,4 +1,6 @@
-"""What the tests of one session share: loaded arrangements, compiled steps and results; and how failures look."""
+"""What the tests of one session share: loaded arrangements, compiled steps and results; which arrangement a test is
+about, and how failures look.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +19,7 @@ from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.plain import PIPE_WIDTH
 from llfsm_verify.runtime.stepping.simulation import Simulation
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.testing.pytest_plugin.texts import MARKER
 from llfsm_verify.verification.verify import verify
 
 Signature = tuple[tuple[str, int, int], ...]
@@ -113,3 +116,42 @@ def without_traceback(config: pytest.Config) -> Iterator[None]:
         yield
     except DiagnosticError as error:
         raise failure([d.render() for d in error.diagnostics], config) from None
+
+
+FILE = "arrangement.yaml"
+
+
+def arrangement_of(node: pytest.Item, config: pytest.Config) -> Path:
+    """The path that the closest marker names, or the ini key, or the only arrangement.yaml near the test file.
+
+    Near: in its folder or in a folder of that; else the same in the folder above, and so on up to pytest's root folder.
+    Fails the test where there is none, or more than one.
+    """
+    marker = node.get_closest_marker(MARKER)
+    if marker is not None:
+        if len(marker.args) != 1 or marker.kwargs or not isinstance(marker.args[0], str | Path):
+            raise failure([f"the marker {MARKER} takes one path: @pytest.mark.{MARKER}('lights.yaml')"], config)
+        return node.path.parent / Path(marker.args[0])
+    named = str(config.getini(MARKER))
+    if named:
+        return (config.inipath.parent if config.inipath is not None else config.rootpath) / named
+    hint = f"hint: name one with @pytest.mark.{MARKER}('PATH'), or with `{MARKER} = PATH` in pytest's ini file"
+    looked = []
+    for folder in _upwards(node.path.parent, config.rootpath):
+        found = [folder / FILE] if (folder / FILE).is_file() else sorted(folder.glob(f"*/{FILE}"))
+        if len(found) == 1:
+            return found[0]
+        if found:
+            raise failure([f"more than one {FILE} is near this test:", *(f"  {path}" for path in found), hint], config)
+        looked.append(f"  {folder}")
+    raise failure(
+        [f"there is no {FILE} near this test; looked in these folders and one level below:", *looked, hint], config
+    )
+
+
+def _upwards(folder: Path, root: Path) -> Iterator[Path]:
+    yield folder
+    for parent in folder.parents:
+        if not parent.is_relative_to(root):
+            return
+        yield parent
