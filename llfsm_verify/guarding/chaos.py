@@ -8,13 +8,15 @@ letter shows the last sample of a cycle. If no other machine asks for the machin
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from llfsm_verify.arrangement.draft import Draft, InstanceDraft, Unreadable
+from llfsm_verify.arrangement.formats import USUAL, WRITERS
 from llfsm_verify.arrangement.formats.reading import Reading
-from llfsm_verify.arrangement.model import Arrangement, Machine
+from llfsm_verify.arrangement.formats.writing import NewMachine, NewState
+from llfsm_verify.arrangement.model import ACTION_KINDS, Arrangement, Machine
 from llfsm_verify.guarding.rewiring import instances
 from llfsm_verify.language.trees import nodes, of_kind
 from llfsm_verify.language.typed import AtState, Query, Read
@@ -48,23 +50,23 @@ def with_chaos(
         if name not in guarded:
             found.append(instance)
             continue
-        text = chaos_machine(arrangement, arrangement.machine(name), guarded, read, commands)
-        found.append(_model(reading, instance, text))
+        chaos = chaos_machine(arrangement, arrangement.machine(name), guarded, read, commands)
+        found.append(_model(reading, instance, chaos))
     return _with_machines(draft, found, reading)
 
 
-def with_model(draft: Draft, name: str, text: str) -> Draft:
-    """A draft in which the model of this text takes the place of a machine."""
+def with_model(draft: Draft, name: str, model: NewMachine) -> Draft:
+    """A draft in which a model takes the place of a machine."""
     assert not isinstance(draft.arrangement, Unreadable)
     reading = Reading(Path())
-    machines = [_model(reading, i, text) if i.name.text == name else i for i in instances(draft.arrangement)]
+    machines = [_model(reading, i, model) if i.name.text == name else i for i in instances(draft.arrangement)]
     return _with_machines(draft, machines, reading)
 
 
-def _model(reading: Reading, instance: InstanceDraft, text: str) -> InstanceDraft:
-    machine = reading.machine_text(f"<any {instance.name.text}>", text)
-    model = implied("true", instance.name.span)
-    return InstanceDraft(instance.name, machine, (), instance.suspended, model, instance.on_fault)
+def _model(reading: Reading, instance: InstanceDraft, model: NewMachine) -> InstanceDraft:
+    machine = reading.machine_text(f"<any {instance.name.text}>", WRITERS.load(USUAL).machine(model))
+    is_model = implied("true", instance.name.span)
+    return InstanceDraft(instance.name, machine, (), instance.suspended, is_model, instance.on_fault)
 
 
 def _with_machines(draft: Draft, machines: Sequence[InstanceDraft], reading: Reading) -> Draft:
@@ -79,9 +81,9 @@ def _with_machines(draft: Draft, machines: Sequence[InstanceDraft], reading: Rea
 
 def chaos_machine(
     arrangement: Arrangement, machine: Machine, guarded: Sequence[str], read: Collection[str], commands: bool = True
-) -> str:
-    """The text of chaos in the place of `machine`, as far as it writes what is `read`. Uncovered: it cannot do all that
-    the machine could."""
+) -> NewMachine:
+    """Chaos in the place of `machine`, as far as it writes what is `read`. Uncovered: it cannot do all that the machine
+    could."""
     own = _own_prefix(arrangement)
     turn = [*_samples(arrangement, machine, guarded, read, own), *_writes(arrangement, machine, read)]
     if commands:
@@ -89,10 +91,8 @@ def chaos_machine(
     if _watched(arrangement, machine, guarded):
         # A fault that ends the run ends what there is to keep.
         fault = _fault(own) if machine.on_fault == "unload" else ()
-        states = _all_states(machine, [*turn, *fault], f"{own}next")
-    else:
-        states = _one_state(turn)  # to be suspended, unloaded or finished is to leave everything as it is
-    return "\n".join(["machine: Chaos", *states]) + "\n"
+        return _all_states(machine, [*turn, *fault], f"{own}next")
+    return _one_state(turn)  # to be suspended, unloaded or finished is to leave everything as it is
 
 
 def _own_prefix(arrangement: Arrangement) -> str:
@@ -134,42 +134,39 @@ def _unloaded_by_others(arrangement: Arrangement, machine: Machine, guarded: Seq
     )
 
 
-def _one_state(turn: list[str]) -> list[str]:
+def _one_state(turn: list[str]) -> NewMachine:
     """It also does in each turn what it likes when it is suspended, as `on_suspend` and a suspend state may."""
-    lines = ["suspend: ASIDE", "states:"]
-    for name in ("ANY", "ASIDE"):
-        lines += [f"  - name: {name}", *_action("internal", turn), "    stays: true"]
-    return lines
+    states = [NewState(name, {"internal": turn}, stays=True) for name in ("ANY", "ASIDE")]
+    return NewMachine("Chaos", states, suspend="ASIDE")
 
 
-def _all_states(machine: Machine, turn: list[str], choice: str) -> list[str]:
+def _all_states(machine: Machine, turn: list[str], choice: str) -> NewMachine:
     """It goes to the state that it has chosen the turn before, or when it came to where it is."""
     last = len(machine.states) - 1
     go = f"{choice} = choose(0..{last});"
-    lines = ["variables:", f"  {choice}: {{type: 0..{last}}}", f"initial: {machine.states[machine.initial].name!r}"]
-    if machine.suspend is not None:
-        lines.append(f"suspend: {machine.states[machine.suspend].name!r}")
-    lines.append("states:")
-    for state in machine.states:
-        lines += [f"  - name: {state.name!r}", *_action("on_entry", [go])]
-        # One of the first two runs in a turn, and the others in one of a suspension.
-        for kind in ("internal", "on_exit", "on_suspend", "on_resume"):
-            lines += _action(kind, [*turn, go])
-        if state.runs:
-            lines.append(f"    runs: [{', '.join(state.runs)}]")
-        if state.finishes:
-            continue
-        lines.append("    transitions:")
-        for number, other in enumerate(machine.states):
-            if other is not state:
-                lines.append(f"      - {{when: {choice} == {number}, to: {other.name!r}}}")
-        if last == 0:
-            lines[-1] = "    stays: true"
-    return lines
-
-
-def _action(kind: str, lines: Iterable[str]) -> list[str]:
-    return [f"    {kind}: |", *(f"      {line}" for line in lines)]
+    # One of the first two runs in a turn, and the others in one of a suspension.
+    anywhere = {kind: [*turn, go] for kind in ACTION_KINDS}
+    states = [
+        NewState(
+            state.name,
+            {**anywhere, "on_entry": [go]},
+            [
+                (f"{choice} == {number}", other.name)
+                for number, other in enumerate(machine.states)
+                if other is not state and not state.finishes
+            ],
+            stays=last == 0 and not state.finishes,
+            runs=state.runs,
+        )
+        for state in machine.states
+    ]
+    return NewMachine(
+        "Chaos",
+        states,
+        variables={choice: {"type": f"0..{last}"}},
+        initial=machine.states[machine.initial].name,
+        suspend=None if machine.suspend is None else machine.states[machine.suspend].name,
+    )
 
 
 def _samples(

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from llfsm_verify.arrangement.draft import Draft, Unreadable
+from llfsm_verify.arrangement.formats import ending_of, writer_of
+from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, Uneditable, Value, Writer
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.diagnostics import Source, Span
-from llfsm_verify.guarding.editing import Document, Edits, flow, quoted
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
+from llfsm_verify.guarding.codes import UNFIT
 from llfsm_verify.guarding.rewiring import instances
 from llfsm_verify.guarding.wanted import Names
 from llfsm_verify.language.parser import parse_actions
 from llfsm_verify.language.syntax import Call
 from llfsm_verify.language.types import ArrayType, RecordType, scalar_text
-from llfsm_verify.monitoring.machine_reads import expressions_in, type_text
+from llfsm_verify.monitoring.machine_reads import declared_type, expressions_in
+from llfsm_verify.registry import Unregistered
 from llfsm_verify.yaml.nodes import Scalar
 
-SUFFIX = ".machine.yaml"
 POLICY_FILE = ("access", "file")
+_ENDING = re.compile(r"(\.machine)?\.[^.]+$")
 
 
 class Layout:
@@ -30,11 +34,14 @@ class Layout:
         self._arrangement = arrangement
         self._draft = draft
         main = draft.sources[0]
-        self._document = Document(main)
+        self._writer, self._ending = _writer(main), ending_of(main.name)
+        self._document = _editor(self._writer, main)
         self._edits = {main.name: self._document.edits}
+        self._editors: dict[str, Editor] = {}
+        """Of other files than the arrangement's."""
         self._folder = Path() if main.name.startswith("<") else Path(main.name).parent
         self._sources = {source.name: source for source in draft.sources[1:]}
-        self._main = "arrangement.yaml" if main.name.startswith("<") else Path(main.name).name
+        self._main = f"arrangement{self._ending}" if main.name.startswith("<") else Path(main.name).name
         self._files: dict[str, str | Source] = {}
         """New files by their names: a text, or the source of one."""
 
@@ -54,8 +61,7 @@ class Layout:
                 assert not isinstance(init, tuple)
                 assert not isinstance(kind, ArrayType | RecordType)
                 start = scalar_text(init, kind)
-                text = f"{{type: {type_text(kind, known)}, init: {start}}}"
-                document.put(("whiteboard", variable.name), text)
+                document.put(("whiteboard", variable.name), {"type": declared_type(kind, known), "init": start})
         if arrangement.observe != "cycle":
             document.put(("observe",), "cycle")
         for machine in names.guarded:
@@ -69,11 +75,11 @@ class Layout:
         write = dict.fromkeys((*names.requests, names.alarm, *names.rights.variables), names.level)
         command = dict.fromkeys(names.rights.commanded, names.level)
         if access is None:
-            entries = {
-                "levels": f"[behaviour, {names.level}]",
-                "machines": flow(machines),
-                "write": flow(write),
-                **({"command": flow(command)} if command else {}),
+            entries: dict[str, Value] = {
+                "levels": ["behaviour", names.level],
+                "machines": machines,
+                "write": write,
+                **({"command": command} if command else {}),
                 **({"on_violation": "refuse"} if self._suspends_all() else {}),
             }
             self._document.put(("access",), entries)
@@ -83,21 +89,23 @@ class Layout:
         for output, slot in names.requests.items():
             if output in access.write:
                 write[slot] = access.levels[access.write[output]]
-        document.put_all((*at, "machines"), machines)
-        document.put_all((*at, "write"), write)
-        if command:
-            document.put_all((*at, "command"), command)
+        for key, levels in (("machines", machines), ("write", write), ("command", command)):
+            if levels and not document.has(*at, key):
+                document.put((*at, key), levels)
+                continue
+            for name, level in levels.items():
+                document.put((*at, key, name), level)
         if self._suspends_all() and not access.refuses:
             document.put((*at, "on_violation"), "refuse")
 
-    def _policy(self) -> tuple[Document, tuple[str, ...]]:
+    def _policy(self) -> tuple[Editor, tuple[str, ...]]:
         """Where the policy stands: a document, and the keys that lead to it."""
         file = self._document.text(*POLICY_FILE)
         if file is None:
             return self._document, POLICY_FILE[:1]
         source = self._sources[str(self._folder / file)]
-        document = Document(source)
-        self._edits[source.name] = document.edits
+        document = _editor(_writer(source), source)
+        self._edits[source.name], self._editors[source.name] = document.edits, document
         return document, ()
 
     def _suspends_all(self) -> bool:
@@ -116,25 +124,27 @@ class Layout:
                 for state in machine.states:
                     yield from state.actions.values()
 
-    def add_machine(self, name: str, file: str, arguments: Mapping[str, str], text: str | Source) -> None:
+    def add_machine(self, name: str, arguments: Mapping[str, str], machine: NewMachine | Source) -> None:
         """Another machine at the end of the schedule, in a file of its own. A source is edited as others are."""
-        self.define(name, file, arguments, text)
-        one = self._document.get("schedule") is not None
+        self.define(name, arguments, machine)
+        one = self._document.has("schedule")
         self._document.append(("schedule",) if one else ("processes", self._document.names("processes")[0]), name)
 
-    def define(self, name: str, file: str, arguments: Mapping[str, str], text: str | Source) -> None:
+    def define(self, name: str, arguments: Mapping[str, str], machine: NewMachine | Source) -> None:
         """The same, but it has no turn yet."""
-        placed = self._place(file, text)
-        parameters = {"parameters": flow(arguments)} if arguments else {}
-        self._document.put(("machines", name), flow({"file": quoted(placed), **parameters}))
+        if isinstance(machine, Source):
+            placed = self._place(Path(machine.name).name, machine)
+        else:
+            placed = self._place(f"{name}.machine{self._ending}", self._writer.machine(machine))
+        self._document.put(("machines", name), {"file": placed, **({"parameters": arguments} if arguments else {})})
 
     def _place(self, file: str, text: str | Source) -> str:
         """A name in the new folder that nothing has yet."""
-        stem = file.removesuffix(SUFFIX)
-        ending = file[len(stem) :]
+        ending = _ENDING.search(file)
+        stem = file if ending is None else file[: ending.start()]
         name, number = file, 2
         while name in (self._main, *self._files):
-            name, number = f"{stem}_{number}{ending}", number + 1
+            name, number = f"{stem}_{number}{file[len(stem) :]}", number + 1
         self._files[name] = text
         return name
 
@@ -152,9 +162,9 @@ class Layout:
                 text = source if same else source.text
                 placed[source.name, same] = self._place(Path(source.name).name, text)
             if placed[source.name, same] != file:
-                self._document.put(keys, quoted(placed[source.name, same]))
+                self._document.put(keys, placed[source.name, same])
         return {
-            self._main: self._document.edits.result(),
+            self._main: self._document.result(),
             **{name: self._edited(text) for name, text in self._files.items()},
         }
 
@@ -166,5 +176,24 @@ class Layout:
     def _edited(self, text: str | Source) -> str:
         if isinstance(text, str):
             return text
-        edits = self._edits.get(text.name)
-        return text.text if edits is None else edits.result()
+        found = self._editors.get(text.name) or self._edits.get(text.name)
+        return text.text if found is None else found.result()
+
+
+def _writer(source: Source) -> Writer:
+    """The writer for the format of a text. DiagnosticError (E438): the format can only be read."""
+    try:
+        return writer_of(source.name)
+    except Unregistered as error:
+        message = f"`{source.name}` cannot be written: {error}"
+        raise DiagnosticError(
+            Diagnostic(UNFIT, message, Span(source, 0, 1), hint="guard it in another format")
+        ) from None
+
+
+def _editor(writer: Writer, source: Source) -> Editor:
+    """DiagnosticError (E438): the text has something that cannot be changed."""
+    try:
+        return writer.edit(source)
+    except Uneditable as error:
+        raise DiagnosticError(Diagnostic(UNFIT, error.message, error.span, hint=error.hint)) from None

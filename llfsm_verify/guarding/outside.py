@@ -19,13 +19,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from llfsm_verify.arrangement.draft import Draft
-from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.formats.writing import NewMachine, NewState, Value
+from llfsm_verify.arrangement.model import ActionKind, Arrangement
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.guarding.codes import NOT_GUARDABLE, UNFIT
-from llfsm_verify.guarding.editing import flow
 from llfsm_verify.guarding.guardable import not_safe
-from llfsm_verify.guarding.layout import SUFFIX, Layout
+from llfsm_verify.guarding.layout import Layout
 from llfsm_verify.guarding.orders import Order
 from llfsm_verify.guarding.reaction_time import Pace, reaction_time
 from llfsm_verify.guarding.reactions import Rights
@@ -85,10 +85,10 @@ def with_outside_guard(draft: Draft, orders: Sequence[Order], pace: Pace, task: 
     known = resolve(with_slots(draft, names))
     layout = _Layout(draft, arrangement, names)
     for name, line in zip(parts.monitors, task.lines, strict=True):
-        text, arguments = property_monitor(line, task, known, names, arrangement)
-        layout.define(name, f"{name}{SUFFIX}", arguments, text)
-    layout.define(parts.inbox, f"{parts.inbox}{SUFFIX}", {}, _inbox(parts, orders, arrangement))
-    layout.define(parts.guard, f"{parts.guard}{SUFFIX}", {}, _guard(parts, pace))
+        machine, arguments = property_monitor(line, task, known, names, arrangement)
+        layout.define(name, arguments, machine)
+    layout.define(parts.inbox, {}, _inbox(parts, orders, arrangement))
+    layout.define(parts.guard, {}, _guard(parts, pace))
     layout.arrange(parts, orders)
     files = layout.files()
     return Watch(
@@ -132,74 +132,63 @@ class _Layout(Layout):
     def arrange(self, parts: _Parts, orders: Sequence[Order]) -> None:
         """The whiteboard, processes, clearances; what does not go with two processes is taken out."""
         document, arrangement = self._document, self._arrangement
-        for slot, text in (
-            (parts.broken, "{type: bool, init: false}"),
-            (parts.asked, "{type: bool, init: false}"),
-            (parts.taken, f"{{type: 0..{len(orders)}, init: 0}}"),
-        ):
-            document.put(("whiteboard", slot), text)
+        for slot in (parts.broken, parts.asked):
+            document.put(("whiteboard", slot), {"type": "bool", "init": "false"})
+        document.put(("whiteboard", parts.taken), {"type": f"0..{len(orders)}", "init": "0"})
         # A machine of the pool has its turn after the schedule, and so has a monitor there, which inbox loads.
         scheduled = [m.name for m in arrangement.machines if m.loaded]
         pool = [m.name for m in arrangement.machines if not m.loaded]
         last = [] if pool else list(parts.monitors)
         watched, guarding = parts.processes
-        turns = {watched: _list([parts.inbox, *scheduled, *last]), guarding: _list([parts.guard])}
-        if document.get("schedule") is not None:
-            document.put(("schedule",), flow(turns))
+        turns = {watched: [parts.inbox, *scheduled, *last], guarding: [parts.guard]}
+        if document.has("schedule"):
+            document.put(("schedule",), turns)
             document.rename("schedule", "processes")
         else:
-            document.put(("processes",), flow(turns))
+            document.put(("processes",), turns)
         if pool:
-            document.put(("pool",), flow({watched: _list([*pool, *parts.monitors])}))
+            document.put(("pool",), {watched: [*pool, *parts.monitors]})
         for key in ("observe", "environment", "operators"):
             document.remove(key)
         written = {order.target: LOWEST for order in orders if order.value is not None}
         level = dict.fromkeys
-        access = {
-            "levels": _list([LOWEST, parts.level]),
-            "machines": flow(level((*parts.monitors, parts.inbox, parts.guard), parts.level)),
-            "write": flow({**written, **level((parts.broken, parts.asked, parts.taken), parts.level)}),
+        access: dict[str, Value] = {
+            "levels": [LOWEST, parts.level],
+            "machines": level((*parts.monitors, parts.inbox, parts.guard), parts.level),
+            "write": {**written, **level((parts.broken, parts.asked, parts.taken), parts.level)},
             **({"on_violation": "refuse"} if self._suspends_all() else {}),
         }
-        if document.get("access") is not None:
-            document.put(("access",), flow(access))
-        else:
-            document.put(("access",), access)
+        document.put(("access",), access)
 
 
-def _list(names: Sequence[str]) -> str:
-    return f"[{', '.join(names)}]"
-
-
-def _inbox(parts: _Parts, orders: Sequence[Order], arrangement: Arrangement) -> str:
-    lines = [
-        "# Takes what the guard asks for, one command where a cycle begins, as a run does.",
-        "machine: Inbox",
-        "states:",
-        "  - name: INBOX",
-    ]
-    if any(not machine.loaded for machine in arrangement.machines):
-        lines.append(f"    on_entry: {' '.join(f'load({name});' for name in parts.monitors)}")
-    lines.append("    internal: |")
+def _inbox(parts: _Parts, orders: Sequence[Order], arrangement: Arrangement) -> NewMachine:
+    lines = []
     for number, order in enumerate(orders):
         start = "if" if not number else "} else if"
-        lines.append(f"      {start} ({parts.asked} && {parts.taken} == {number}) {{")
-        lines.append(f"        {parts.taken} = {number + 1}; {order.statement}")
-    return "\n".join([*lines, "      }", "    stays: true"]) + "\n"
+        lines.append(f"{start} ({parts.asked} && {parts.taken} == {number}) {{")
+        lines.append(f"  {parts.taken} = {number + 1}; {order.statement}")
+    actions: dict[ActionKind, str | Sequence[str]] = {}
+    if any(not machine.loaded for machine in arrangement.machines):
+        actions["on_entry"] = " ".join(f"load({name});" for name in parts.monitors)
+    actions["internal"] = [*lines, "}"]
+    about = "Takes what the guard asks for, one command where a cycle begins, as a run does."
+    return NewMachine("Inbox", [NewState("INBOX", actions, stays=True)], comments=[about])
 
 
-def _guard(parts: _Parts, pace: Pace) -> str:
-    lines = ["# Looks at the frames that have come, and asks for the commands when one of them breaks a rule."]
-    lines.append("machine: Guard")
-    if pace.looks > 1:
-        lines += ["variables:", f"  looks: {{type: 0..{pace.looks}, init: 0}} # since the one that saw such a frame"]
-    lines += ["states:", "  - name: LOOK", "    internal: |"]
-    if pace.looks > 1:
-        lines.append(f"      if ({parts.broken} && looks < {pace.looks}) looks = looks + 1;")
-        lines.append(f"      if (looks == {pace.looks}) {parts.asked} = true;")
-    else:
-        lines.append(f"      if ({parts.broken}) {parts.asked} = true;")
-    return "\n".join([*lines, "    stays: true"]) + "\n"
+def _guard(parts: _Parts, pace: Pace) -> NewMachine:
+    about = "Looks at the frames that have come, and asks for the commands when one of them breaks a rule."
+    if pace.looks == 1:
+        state = NewState("LOOK", {"internal": [f"if ({parts.broken}) {parts.asked} = true;"]}, stays=True)
+        return NewMachine("Guard", [state], comments=[about])
+    count = f"if ({parts.broken} && looks < {pace.looks}) looks = looks + 1;"
+    ask = f"if (looks == {pace.looks}) {parts.asked} = true;"
+    return NewMachine(
+        "Guard",
+        [NewState("LOOK", {"internal": [count, ask]}, stays=True)],
+        variables={"looks": {"type": f"0..{pace.looks}", "init": "0"}},
+        comments=[about],
+        notes={"looks": "since the one that saw such a frame"},
+    )
 
 
 def _properties(parts: _Parts, orders: Sequence[Order], pace: Pace) -> str:

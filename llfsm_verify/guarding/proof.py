@@ -118,8 +118,8 @@ def _prove(
     names, wanted = guarded.names, guarded.wanted
     if any(name in names.memory for name in machines):
         # The switch need not know what chaos does, so chaos need not show it.
-        text = switch_machine(names, wanted, taken_back=not guarded.made, chaos=machines)
-        draft = with_model(draft, names.switch, text)
+        switch = switch_machine(names, wanted, taken_back=not guarded.made, chaos=machines)
+        draft = with_model(draft, names.switch, switch)
         before = resolve(draft)
     try:
         draft = with_chaos(draft, before, machines, read, commands=commands)

@@ -4,44 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
 
-from llfsm_verify.guarding.editing import quoted
+from llfsm_verify.arrangement.formats.writing import Actions, NewMachine, NewState
 from llfsm_verify.guarding.reactions import begin, end
 from llfsm_verify.guarding.wanted import Names, Wanted, as_requested
 
 
-def switch_machine(names: Names, wanted: Wanted, *, taken_back: bool = False, chaos: Collection[str] = ()) -> str:
-    """The text of its machine file. `taken_back`: a monitor takes its alarm back. `chaos`: machines of which the switch
-    does not ask what they do, for a proof. DiagnosticError: an expression is none."""
+def switch_machine(
+    names: Names, wanted: Wanted, *, taken_back: bool = False, chaos: Collection[str] = ()
+) -> NewMachine:
+    """The machine. `taken_back`: a monitor takes its alarm back. `chaos`: machines of which the switch does not ask
+    what they do, for a proof. DiagnosticError: an expression is not valid."""
     requests = [f"{output} = {names.requests[output]};" for output in wanted.fallbacks]
     instead = [f"{output} = {as_requested(text, names.requests)};" for output, text in wanted.fallbacks.items()]
     until, leave = None, []
     if wanted.until is not None:
-        until, leave = quoted(as_requested(wanted.until, names.requests)), [*instead, *_anew(names)]
+        until, leave = as_requested(wanted.until, names.requests), [*instead, *_anew(names)]
     elif taken_back:
-        until, leave = quoted(f"!{names.alarm}"), requests
+        until, leave = f"!{names.alarm}", requests
     memory = {} if until is None else names.memory
     if wanted.until is None and not wanted.reactions:
-        states = [
-            "  - name: SWITCH",
-            *_action("internal", [f"if ({names.alarm}) {{", *_deeper(instead), "} else {", *_deeper(requests), "}"]),
-            "    stays: true",
-        ]
+        choice = [f"if ({names.alarm}) {{", *_deeper(instead), "} else {", *_deeper(requests), "}"]
+        states = [NewState("SWITCH", {"internal": choice}, stays=True)]
     else:
-        states = [
-            "  - name: REQUESTED",
-            *_action("internal", requests),
-            *_action("on_exit", [*instead, *begin(wanted.reactions, memory, chaos)]),
-            f"    transitions: [{{when: {names.alarm}, to: INSTEAD}}]",
-            "  - name: INSTEAD",
-            *_action("internal", instead),
-        ]
+        begins: Actions = {"internal": requests, "on_exit": [*instead, *begin(wanted.reactions, memory, chaos)]}
+        states = [NewState("REQUESTED", begins, [(names.alarm, "INSTEAD")], brief=True)]
         if until is None:
-            states.append("    stays: true")
+            states.append(NewState("INSTEAD", {"internal": instead}, stays=True))
         else:
-            states += _action("on_exit", [*leave, *end(wanted.reactions, memory)])
-            states.append(f"    transitions: [{{when: {until}, to: REQUESTED}}]")
-    variables = ["variables:", *(f"  {name}: {{type: bool}}" for name in memory.values())] if memory else []
-    return "\n".join([*_comment(names, wanted), "machine: Switch", *variables, "states:", *states]) + "\n"
+            ends: Actions = {"internal": instead, "on_exit": [*leave, *end(wanted.reactions, memory)]}
+            states.append(NewState("INSTEAD", ends, [(until, "REQUESTED")], brief=True))
+    variables = {name: {"type": "bool"} for name in memory.values()}
+    return NewMachine("Switch", states, variables=variables, comments=[*_comment(names, wanted)])
 
 
 def _anew(names: Names) -> Iterator[str]:
@@ -53,17 +46,11 @@ def _anew(names: Names) -> Iterator[str]:
 def _comment(names: Names, wanted: Wanted) -> Iterator[str]:
     outputs = " and ".join(f"`{output}`" for output in wanted.fallbacks)
     if outputs:
-        yield f"# The requested value goes to {outputs}; when `{names.alarm}` is set, the fallback goes there."
+        yield f"The requested value goes to {outputs}; when `{names.alarm}` is set, the fallback goes there."
     if wanted.reactions:
         commands = " and ".join(f"{each.kind} `{each.machine}`" for each in wanted.reactions)
-        yield f"# When `{names.alarm}` is set: {commands}."
+        yield f"When `{names.alarm}` is set: {commands}."
 
 
 def _deeper(lines: Iterable[str]) -> list[str]:
     return [f"  {line}" for line in lines]
-
-
-def _action(kind: str, lines: Iterable[str]) -> list[str]:
-    """An action, which is left out where it does nothing."""
-    text = [f"      {line}" for line in lines]
-    return [f"    {kind}: |", *text] if text else []

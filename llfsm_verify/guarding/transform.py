@@ -10,6 +10,7 @@ from pathlib import Path
 from llfsm_verify.arrangement.draft import Draft, InstanceDraft, MachineDraft, Unreadable, WhiteboardDraft
 from llfsm_verify.arrangement.formats import Given, read_arrangement
 from llfsm_verify.arrangement.formats.reading import Reading
+from llfsm_verify.arrangement.formats.writing import NewMachine
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
@@ -87,16 +88,14 @@ def guard(draft: Draft, wanted: Wanted, task: Task, folder: Path) -> Guarded:
             for key, value in _own(wider, found).arguments
             if isinstance(value, Scalar)
         }
-        layout.add_machine(found.monitors[0], Path(task.own[0]).name, arguments, wider.sources[-1])
+        layout.add_machine(found.monitors[0], arguments, wider.sources[-1])
     else:
         for name, line in zip(found.monitors, task.lines, strict=True):
             # A monitor that begins anew later begins with another letter.
             original = None if wanted.until is not None else arrangement
-            text, arguments = property_monitor(line, task, known, found, original)
-            layout.add_machine(name, f"{name}.machine.yaml", arguments, text)
-    layout.add_machine(
-        found.switch, f"{found.switch}.machine.yaml", {}, switch_machine(found, wanted, taken_back=task.own is not None)
-    )
+            machine, arguments = property_monitor(line, task, known, found, original)
+            layout.add_machine(name, arguments, machine)
+    layout.add_machine(found.switch, {}, switch_machine(found, wanted, taken_back=task.own is not None))
     files = layout.files()
     result = read_files(files, folder)
     return Guarded(found, wanted, files, result, resolve(result), arrangement, task.own is None)
@@ -176,7 +175,7 @@ def _own(draft: Draft, found: Names) -> InstanceDraft:
 
 def property_monitor(
     line: Property, task: Task, known: Arrangement, found: Names, original: Arrangement | None
-) -> tuple[str, dict[str, str]]:
+) -> tuple[NewMachine, dict[str, str]]:
     """The machine that monitors a property of the requests, and the arguments of its instance. It has read the initial
     letter of `original`."""
     made = monitor_properties(line, task.assumptions, Timing(task.clock, every_letter_ticks=True))
@@ -187,5 +186,5 @@ def property_monitor(
         key: implied(as_requested(place, found.requests), place.span(0, len(place.text))).fragment
         for key, place in places.items()
     }
-    machine = monitor_machine(made, places, known, Action((found.alarm,)))
-    return machine.text, {name: name for name in (*machine.reads.parameters, found.alarm)}
+    monitor = monitor_machine(made, places, known, Action((found.alarm,)))
+    return monitor.machine, {name: name for name in (*monitor.reads.parameters, found.alarm)}

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import count
 
+from llfsm_verify.arrangement.formats.writing import Edits
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.guarding.codes import UNFIT, UNKNOWN_NAME
-from llfsm_verify.guarding.editing import Edits
 from llfsm_verify.guarding.reactions import KINDS, Reaction, Rights, rights, unfit, unknown
 from llfsm_verify.language.parser import parse_guard
 from llfsm_verify.language.scope import did_you_mean

@@ -1,4 +1,4 @@
-"""A monitor as a machine file: it observes, tests and acts in every turn of its own.
+"""A monitor as a machine: it observes, tests and acts in every turn of its own.
 
 The pattern is that of figure 6 in the paper on run-time verification with LLFSMs (observe the states of other machines,
 test them, act on a violation), done in a single ringlet so that a letter is not missed while the last one is tested.
@@ -12,6 +12,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from textwrap import wrap
 
+from llfsm_verify.arrangement.formats import USUAL, WRITERS
+from llfsm_verify.arrangement.formats.writing import NewMachine, NewState, Value
 from llfsm_verify.arrangement.model import Arrangement, Machine, Process
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.language.limits import MAX_LENGTH
@@ -41,10 +43,15 @@ NOTHING = Action()
 
 @dataclass(frozen=True, slots=True)
 class MonitorMachine:
-    """The text of a machine file, and what the machine reads."""
+    """A machine that monitors, and what it reads."""
 
-    text: str
+    machine: NewMachine
     reads: Reads
+
+    @property
+    def text(self) -> str:
+        """Of its file in the usual format."""
+        return WRITERS.load(USUAL).machine(self.machine)
 
 
 def monitor_machine(
@@ -70,8 +77,7 @@ def monitor_machine(
         message = "no word violates this property, so there is nothing to act on"
         raise DiagnosticError(Diagnostic(NEVER_VIOLATED, message, found.line.span))
     _check(action, arrangement, read)
-    text = _Writer(found, read, used, arrangement, action, notes).text()
-    return MonitorMachine(text, read)
+    return MonitorMachine(_Writer(found, read, used, arrangement, action, notes).machine(), read)
 
 
 def not_monitorable(found: Monitored) -> Diagnostic:
@@ -100,11 +106,6 @@ def _check(action: Action, arrangement: Arrangement | None, read: Reads) -> None
         raise DiagnosticError([Diagnostic(UNKNOWN_NAME, problem) for problem in problems])
 
 
-def _is_declared(kind: str) -> bool:
-    """Whether the type of a sample stands only in declarations: one that has no name and is not a word or a range."""
-    return kind.startswith("{")
-
-
 class _Writer:
     def __init__(
         self,
@@ -120,9 +121,9 @@ class _Writer:
         self._read = read
         self._action = action
         self._notes = notes
-        self._parameters = dict(read.parameters)
+        self._parameters: dict[str, Value] = dict(read.parameters)
         for name in action.set_variables:
-            self._parameters.setdefault(name, "{whiteboard: bool}")
+            self._parameters.setdefault(name, {"whiteboard": "bool"})
         for name in action.suspend:
             self._parameters.setdefault(name, "machine")
         taken = {*self._parameters, *(name for name, _, _ in read.samples)}
@@ -145,42 +146,36 @@ class _Writer:
     def _with(self, verdict: MonitorVerdict) -> list[int]:
         return [q for q, found in enumerate(self._monitor.verdicts) if found is verdict]
 
-    def text(self) -> str:
+    def machine(self) -> NewMachine:
         line = self._found.line
         kind = "" if line.kind == "ltl" else f"{line.kind} "
         body = [*self._observe(), *self._test(), *self._act()]
         if sum(len(part) + 1 for part in body) > MAX_LENGTH:
             message = f"the machine of this monitor would be longer than {MAX_LENGTH:,} characters"
             raise DiagnosticError(Diagnostic(TOO_LARGE, message, line.span, hint="use --as table"))
-        parameters = ["parameters:", *(f"  {name}: {kind}" for name, kind in self._parameters.items())]
         outcomes = ", ".join(f"{q} {name.lower()}" for _, name, states in self._outcomes for q in states)
-        last = len(self._monitor.edges) - 1
-        return (
-            "\n".join(
-                [
-                    f"# The monitor of {kind}{line.name}: {line.text}",
-                    *(f"# {part}" for note in self._notes for part in wrap(note, WIDTH)),
-                    f"machine: Monitor_{line.name.replace('-', '_')}",
-                    *(parameters if self._parameters else []),
-                    "variables:",
-                    f"  {self._state}: {{type: 0..{last}, init: 0}} # of the monitor's automaton: {outcomes}",
-                    *(f"  {word}: {{type: bool, init: false}}" for word, _, _ in self._outcomes),
-                    *(f"  {name}: {{type: {kind}}}" for name, kind, _ in self._read.samples if _is_declared(kind)),
-                    "states:",
-                    "  - name: OBSERVE",
-                    "    internal: |",
-                    *(f"      {part}" for part in body),
-                    "    transitions:",
-                    *(f"      - {{when: {word}, to: {name}}}" for word, name, _ in self._outcomes),
-                    *(f"  - name: {name}" for _, name, _ in self._outcomes),
-                ]
-            )
-            + "\n"
+        flags = [word for word, _, _ in self._outcomes]
+        observe = NewState("OBSERVE", {"internal": body}, [(word, name) for word, name, _ in self._outcomes])
+        return NewMachine(
+            f"Monitor_{line.name.replace('-', '_')}",
+            [observe, *(NewState(name) for _, name, _ in self._outcomes)],
+            self._parameters,
+            {
+                self._state: {"type": f"0..{len(self._monitor.edges) - 1}", "init": "0"},
+                **{word: {"type": "bool", "init": "false"} for word in flags},
+                # A type without a name that is not a word or a range stands only in declarations.
+                **{name: {"type": kind} for name, kind, _ in self._read.samples if not isinstance(kind, str)},
+            },
+            comments=[
+                f"The monitor of {kind}{line.name}: {line.text}",
+                *(part for note in self._notes for part in wrap(note, WIDTH)),
+            ],
+            notes={self._state: f"of the monitor's automaton: {outcomes}"},
         )
 
     def _observe(self) -> list[str]:
         samples = [
-            f"{name} = {text};" if _is_declared(kind) else f"{kind} {name} = {text};"
+            f"{kind} {name} = {text};" if isinstance(kind, str) else f"{name} = {text};"
             for name, kind, text in self._read.samples
         ]
         seen = [f"bool {name} = {self._read.expressions[key]};" for key, name in self._seen.items()]

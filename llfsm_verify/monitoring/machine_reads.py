@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 
+from llfsm_verify.arrangement.formats.writing import Value
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span, counted
 from llfsm_verify.language import syntax
@@ -21,15 +22,15 @@ MOST_PLACES = 3
 
 @dataclass(frozen=True, slots=True)
 class Reads:
-    """`parameters`: name and kind as a machine file writes it (`machine`, `{whiteboard: bool}`), in order of reading.
+    """`parameters`: name and kind as a machine declares it (`machine`, `{"whiteboard": "bool"}`), in order of reading.
 
     `expressions`: the text by which the machine evaluates each atom. `samples`: inputs that several atoms read, which
     the machine reads once: the local variable, its type, and the text of the read.
     """
 
-    parameters: Mapping[str, str]
+    parameters: Mapping[str, Value]
     expressions: Mapping[str, str]
-    samples: tuple[tuple[str, str, str], ...]
+    samples: tuple[tuple[str, Value, str], ...]
 
     @property
     def machines(self) -> tuple[str, ...]:
@@ -73,11 +74,11 @@ class _Reader:
             if arrangement
             else frozenset()
         )
-        self._parameters: dict[str, str] = {}
+        self._parameters: dict[str, Value] = {}
         self._atoms: dict[str, tuple[str, list[_Edit]]] = {}
         self._sampled: dict[str, list[tuple[str, _Edit]]] = {}
         """Reads of inputs by their text: the atom, and the place in it."""
-        self._types: dict[str, str] = {}
+        self._types: dict[str, Value] = {}
 
     def atom(self, key: str, fragment: Fragment) -> None:
         """Note what one atom reads."""
@@ -96,7 +97,7 @@ class _Reader:
                     self._path(node, node is root, key, fragment, edits)
         self._atoms[key] = (fragment.text, edits)
 
-    def _need(self, name: str, kind: str, fragment: Fragment) -> None:
+    def _need(self, name: str, kind: Value, fragment: Fragment) -> None:
         """Make a parameter. DiagnosticError (E430): the name can be none, or is one of another kind."""
         if self._scope is not None and name == self._scope.surroundings:
             raise DiagnosticError(_not_there(UNREADABLE, name, fragment.span(0, len(fragment.text))))
@@ -129,14 +130,14 @@ class _Reader:
                 message = f"the type of `{span.text}` is not known here"
                 raise DiagnosticError(Diagnostic(UNTYPED, message, span, hint="give --arrangement FILE"))
             else:
-                self._need(name, "{whiteboard: bool}", fragment)
+                self._need(name, {"whiteboard": "bool"}, fragment)
         elif name in scope.machines and name not in scope.whiteboard:
             if name == scope.surroundings:
                 self._need(name, _MACHINE, fragment)
             assert isinstance(step, syntax.Member)
             self._observation(node, step.name.text, fragment, edits)
         elif name in scope.whiteboard:
-            self._need(name, f"{{whiteboard: {self._type_text(scope.whiteboard[name].type)}}}", fragment)
+            self._need(name, {"whiteboard": self._declared(scope.whiteboard[name].type)}, fragment)
             if name in self._inputs:
                 edit = _Edit(node.start, node.end, "")
                 self._sampled.setdefault(fragment.text[node.start : node.end], []).append((key, edit))
@@ -173,15 +174,15 @@ class _Reader:
             span = fragment.span(node.start, node.end)
             message = f"a monitor machine reads an input in parts, and `{span.text}` is {kind}"
             raise DiagnosticError(Diagnostic(UNREADABLE, message, span, hint="compare its parts one by one"))
-        self._types[fragment.text[node.start : node.end]] = self._type_text(kind)
+        self._types[fragment.text[node.start : node.end]] = self._declared(kind)
 
-    def _type_text(self, kind: Type) -> str:
+    def _declared(self, kind: Type) -> Value:
         assert self._arrangement is not None
-        return type_text(kind, self._arrangement)
+        return declared_type(kind, self._arrangement)
 
     def result(self) -> Reads:
         """Inputs that are read more than once get a local variable, so that all atoms see one value of it."""
-        samples: list[tuple[str, str, str]] = []
+        samples: list[tuple[str, Value, str]] = []
         taken = set(self._parameters)
         extra: dict[str, list[_Edit]] = {}
         for text, places in self._sampled.items():
@@ -196,18 +197,17 @@ class _Reader:
         return Reads(dict(self._parameters), expressions, tuple(samples))
 
 
-def type_text(kind: Type, arrangement: Arrangement) -> str:
-    """A type as files write it."""
+def declared_type(kind: Type, arrangement: Arrangement) -> Value:
+    """A type as declarations have it."""
     for name, known in arrangement.types.items():
         if known == kind:
             return name
     if isinstance(kind, ArrayType):
-        return f"{{array: {type_text(kind.element, arrangement)}, size: {kind.size}}}"
+        return {"array": declared_type(kind.element, arrangement), "size": str(kind.size)}
     if isinstance(kind, RecordType):
-        inside = ", ".join(f"{name}: {type_text(field, arrangement)}" for name, field in kind.fields)
-        return f"{{record: {{{inside}}}}}"
+        return {"record": {name: declared_type(field, arrangement) for name, field in kind.fields}}
     if isinstance(kind, DecimalType):
-        return f"{{decimal: {decimal_text(1, kind.digits)}, range: {kind}}}"
+        return {"decimal": decimal_text(1, kind.digits), "range": str(kind)}
     return str(kind)
 
 

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 import llfsm_verify as lv
-from llfsm_verify.yaml.writing import to_yaml
+from llfsm_verify.arrangement.formats.yaml_writer import to_yaml
 
 LIGHT = lv.MachineDefinition(
     "Light",

@@ -259,7 +259,7 @@ def test_machine_files_are_valid_and_follow_the_pattern(tmp_path):
         monitor_properties(line), line.atoms, arrangement, notes=sight(reads(line.atoms, arrangement), None)
     )
     assert made.reads.parameters == {
-        "ns_light": "{whiteboard: Colour}", "ns_turn": "{whiteboard: bool}", "car": "{whiteboard: bool}",
+        "ns_light": {"whiteboard": "Colour"}, "ns_turn": {"whiteboard": "bool"}, "car": {"whiteboard": "bool"},
         "ns": "machine",
     }  # fmt: skip
     document = yaml.load(made.text, Loader=yaml.BaseLoader)

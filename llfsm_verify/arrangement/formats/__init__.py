@@ -14,6 +14,7 @@ from llfsm_verify.registry import Entry, Registry
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.draft import Draft
+    from llfsm_verify.arrangement.formats.writing import Writer
     from llfsm_verify.diagnostics import Span
 
 
@@ -41,10 +42,12 @@ ARRANGEMENTS: Registry[Callable[[Given], Draft]] = Registry(
 )
 """Of whole arrangements. A reader raises DiagnosticError for a file that it cannot open."""
 
-WRITERS: Registry[Callable[[Mapping[str, object]], str]] = Registry(
-    "writer of arrangements", [Entry("yaml", "llfsm_verify.yaml.writing:to_yaml", "YAML")], "llfsm_verify.writers"
+WRITERS: Registry[Writer] = Registry(
+    "writer of arrangements",
+    [Entry("yaml", "llfsm_verify.arrangement.formats.yaml_writer:WRITER", "YAML")],
+    "llfsm_verify.writers",
 )
-"""Beside `ARRANGEMENTS`, by the same names: texts of documents in the shape of a file."""
+"""Beside `ARRANGEMENTS`, by the same names."""
 
 USUAL = "yaml"
 """The format of a file whose name has no ending that stands for one."""
@@ -63,4 +66,14 @@ def written_arrangement(document: Mapping[str, object], path: str) -> str:
 
     Unregistered: the format that the path's ending stands for can only be read.
     """
-    return WRITERS.load(ARRANGEMENTS.named_by(path) or USUAL)(document)
+    return writer_of(path).arrangement(document)
+
+
+def writer_of(path: str) -> Writer:
+    """The writer for a file at `path`. Unregistered: the format that its ending stands for can only be read."""
+    return WRITERS.load(ARRANGEMENTS.named_by(path) or USUAL)
+
+
+def ending_of(path: str) -> str:
+    """The ending of files in the format of the file at `path`, the one that is written."""
+    return ARRANGEMENTS[ARRANGEMENTS.named_by(path) or USUAL].suffixes[0]
