@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
@@ -162,28 +162,6 @@ class DeterministicAutomaton:
     def step(self, state: int, letter: int) -> int | None:
         """The state after `letter` (the mask of the atoms that hold); None: no state is."""
         return next((target for guard, target in self.edges[state] if self.guards.holds(guard, letter)), None)
-
-
-def determinise(
-    automaton: FiniteAutomaton, max_states: int = MAX_STATES, initial: Iterable[int] = (0,), again: bool = False
-) -> DeterministicAutomaton:
-    """The same language by the subset construction; letters are told apart only where one state tells them apart.
-
-    `again`: the expression may start anew before each letter, so that the words are those that end in a match.
-    AutomatonTooLarge: more than `max_states` sets of states.
-    """
-    guards = automaton.guards
-
-    def following(states: Subset) -> Iterator[tuple[Guard, Subset]]:
-        leaving = [edge for q in sorted(states | {0} if again else states) for edge in automaton.edges[q]]
-        for part, inside in guards.partition(guard for guard, _ in leaving).items():
-            targets = frozenset(target for guard, target in leaving if guard in inside)
-            if targets or again:
-                yield part, targets
-
-    subsets, edges = explore_subsets(frozenset(initial), following, max_states)
-    accepting = tuple(any(automaton.accepting[q] for q in states) for states in subsets)
-    return DeterministicAutomaton(guards, edges, accepting)
 
 
 def explore_subsets(

@@ -18,8 +18,8 @@ from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.omega.reduction import smaller
 from llfsm_verify.limits import tick
 from llfsm_verify.logic.bounds import HIDDEN
-from llfsm_verify.logic.formula import BINDING, TRUE, Formula, Op, apply, atom, atoms, conjunction, is_boolean, negation
-from llfsm_verify.logic.rewriting.normal_form import both, either, polar_parts, temporal
+from llfsm_verify.logic.formula import BINDING, EXPRESSIONS, TRUE, Formula, apply, atom, atoms, conjunction, is_boolean
+from llfsm_verify.logic.rewriting.normal_form import NORMAL, rewritten
 
 MAX_STATES = 4_000
 MAX_EDGES = 100_000
@@ -219,19 +219,18 @@ def _separated(formula: Formula, guards: Guards) -> tuple[Formula, list[_Module]
             modules[key] = _Module(sort, f"{HIDDEN}module{number}", demand, automaton)
         return atom(modules[key].start)
 
-    done: dict[tuple[Formula, bool], Formula] = {}
-    stack = [(formula, False)]
-    while stack:
-        node, negative = stack[-1]
-        needs = _needs(node, negative)
-        missing = [need for need in needs if need not in done]
-        if missing:
-            stack.extend(missing)
-            continue
-        stack.pop()
-        if (node, negative) not in done:
-            done[node, negative] = _normal(node, negative, [done[need] for need in needs], module)
-    return conjunction((done[formula, False], *laws)), list(modules.values())
+    def rewrite(node: Formula, negative: bool, of: Callable[[Formula, bool], Formula]) -> Formula:
+        if node.op in EXPRESSIONS:
+            return node
+        if node.op == "closure":
+            return module("no closure" if negative else "closure", node.args[0], TRUE)
+        if node.op in BINDING:
+            sort: Sort = "every" if (node.op == "[]->") != negative else "some"
+            return module(sort, node.args[0], of(node.args[1], negative))
+        return NORMAL(node, negative, of)
+
+    plain = rewritten(formula, False, rewrite)[formula, False]
+    return conjunction((plain, *laws)), list(modules.values())
 
 
 def _trimmed(automaton: FiniteAutomaton) -> FiniteAutomaton:
@@ -239,40 +238,3 @@ def _trimmed(automaton: FiniteAutomaton) -> FiniteAutomaton:
     useful = useful_states(automaton)
     edges = tuple(tuple((g, t) for g, t in row if t in useful) for row in automaton.edges)
     return FiniteAutomaton(automaton.guards, edges, automaton.accepting)
-
-
-def _needs(node: Formula, negative: bool) -> list[tuple[Formula, bool]]:
-    match node.op:
-        case "[]->" | "<>->":
-            return [(node.args[1], negative)]
-        case "closure":
-            return []
-    return polar_parts(node, negative)
-
-
-_DUAL: dict[Op, Op] = {"F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W", "X": "X"}
-
-
-def _normal(
-    node: Formula, negative: bool, args: list[Formula], module: Callable[[Sort, Formula, Formula], Formula]
-) -> Formula:
-    match node.op:
-        case "true" | "false" | "atom":
-            return negation(node) if negative else node
-        case "not":
-            return args[0]
-        case "and" | "or":
-            return both(args) if (node.op == "and") != negative else either(args)
-        case "implies":
-            return both(args) if negative else either(args)
-        case "xor" | "iff":
-            a, b, not_a, not_b = args
-            if (node.op == "iff") != negative:
-                return either((both((a, b)), both((not_a, not_b))))
-            return either((both((a, not_b)), both((not_a, b))))
-        case "[]->" | "<>->":
-            return module("every" if (node.op == "[]->") != negative else "some", node.args[0], args[0])
-        case "closure":
-            return module("no closure" if negative else "closure", node.args[0], TRUE)
-    assert node.op not in BINDING
-    return temporal(_DUAL[node.op] if negative else node.op, *args)

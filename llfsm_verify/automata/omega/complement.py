@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
+from collections.abc import Iterator
+
+from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.boolean import Guard, Guards
+from llfsm_verify.automata.finite.expressions import Subset, explore_subsets
 from llfsm_verify.automata.omega.products import is_deterministic
 from llfsm_verify.automata.omega.reduction import smaller
-from llfsm_verify.limits import tick
 
 MAX_STATES = 20_000
 
@@ -54,26 +56,15 @@ def _row(edges: tuple[Edge, ...], guards: Guards) -> _Row:
 
 def _subset_rows(automaton: Automaton, guards: Guards) -> list[_Row]:
     rows = [_row(edges, guards) for edges in automaton.edges]
-    first = frozenset((0,))
-    numbers = {first: 0}
-    queue = [first]
-    made: list[_Row] = []
-    for states in queue:
-        tick()
+
+    def following(states: Subset) -> Iterator[tuple[Guard, Subset]]:
         leaving = [edge for q in sorted(states) for edge in rows[q]]
-        row: _Row = []
         for part, inside in guards.partition(guard for guard, _, _ in leaving).items():
-            targets = frozenset(t for guard, t, _ in leaving if guard in inside)
-            if not targets:
-                continue
-            if targets not in numbers:
-                numbers[targets] = len(queue)
-                queue.append(targets)
-                if len(queue) > MAX_STATES:
-                    raise AutomatonTooLarge("states", MAX_STATES)
-            row.append((part, numbers[targets], 0))
-        made.append(row)
-    return made
+            if targets := frozenset(t for guard, t, _ in leaving if guard in inside):
+                yield part, targets
+
+    _, edges = explore_subsets(frozenset((0,)), following, MAX_STATES)
+    return [[(guard, target, 0) for guard, target in row] for row in edges]
 
 
 def _avoiding(rows: list[_Row], automaton: Automaton, guards: Guards) -> Automaton:

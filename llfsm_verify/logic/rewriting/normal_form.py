@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, conjunction, disjunction, negation
 
@@ -12,7 +13,7 @@ def nnf(f: Formula, negate: bool = False) -> Formula:
 
     `xor` and `iff` are written out; shared parts stay shared, so the size at most doubles for them.
     """
-    return rewritten(f, negate, _rewrite)[f, negate]
+    return rewritten(f, negate, NORMAL)[f, negate]
 
 
 Rewrite = Callable[[Formula, bool, Callable[[Formula, bool], Formula]], Formula]
@@ -51,31 +52,52 @@ def polar_parts(f: Formula, negative: bool) -> list[tuple[Formula, bool]]:
 
 _DUAL: dict[Op, Op] = {
     "and": "or", "or": "and", "F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W", "X": "X",
+    "Y": "Z", "Z": "Y", "O": "H", "H": "O", "S": "T", "T": "S", "F<=": "G<=", "G<=": "F<=", "U<=": "R<=", "R<=": "U<=",
 }  # fmt: skip
 
 
-def _rewrite(f: Formula, negative: bool, of: Callable[[Formula, bool], Formula]) -> Formula:
-    match f.op:
-        case "true" | "false":
-            return TRUE if (f.op == "true") != negative else FALSE
-        case "atom":
-            return negation(f) if negative else f
-        case "not":
-            return of(f.args[0], not negative)
-        case "implies":
-            a, b = of(f.args[0], not negative), of(f.args[1], negative)
-            return both((a, b)) if negative else either((a, b))
-        case "xor" | "iff":
-            a, b = f.args
-            same = (f.op == "iff") != negative
-            return either((both((of(a, False), of(b, not same))), both((of(a, True), of(b, same)))))
-    args = [of(a, negative) for a in f.args]
-    op = _DUAL[f.op] if negative else f.op
-    if op == "and":
-        return both(args)
-    if op == "or":
-        return either(args)
-    return temporal(op, *args)
+def _literal(f: Formula, negative: bool) -> Formula:
+    return negation(f) if negative else f
+
+
+Join = Callable[[Iterable[Formula]], Formula]
+
+
+@dataclass(frozen=True, slots=True)
+class Negations:
+    """How negations are pushed down to the atoms: what becomes of an atom, and what joins the rewritten parts.
+
+    `operator` is told the operator, its arguments and its bound.
+    """
+
+    literal: Callable[[Formula, bool], Formula]
+    conjunction: Join
+    disjunction: Join
+    operator: Callable[[Op, Sequence[Formula], str], Formula]
+
+    def __call__(self, f: Formula, negative: bool, of: Callable[[Formula, bool], Formula]) -> Formula:
+        """As `Rewrite`."""
+        match f.op:
+            case "true" | "false":
+                return TRUE if (f.op == "true") != negative else FALSE
+            case "atom":
+                return self.literal(f, negative)
+            case "not":
+                return of(f.args[0], not negative)
+            case "implies":
+                parts = of(f.args[0], not negative), of(f.args[1], negative)
+                return self.conjunction(parts) if negative else self.disjunction(parts)
+            case "xor" | "iff":
+                a, b = f.args
+                same = (f.op == "iff") != negative
+                return self.disjunction(
+                    [self.conjunction((of(a, n), of(b, n == same))) for n in (False, True)],
+                )
+        args = [of(a, negative) for a in f.args]
+        op = _DUAL[f.op] if negative else f.op
+        if op in ("and", "or"):
+            return self.conjunction(args) if op == "and" else self.disjunction(args)
+        return self.operator(op, args, f.key)
 
 
 def both(formulas: Iterable[Formula]) -> Formula:
@@ -134,3 +156,7 @@ def _absorbs(op: Op, f: Formula) -> bool:
     """`F f` is `f` for `F …` and `G F …`; `G f` is `f` for `G …` and `F G …`."""
     other: Op = "G" if op == "F" else "F"
     return f.op == op or (f.op == other and f.args[0].op == op)
+
+
+NORMAL = Negations(_literal, both, either, lambda op, args, _: temporal(op, *args))
+"""The rewriting of `nnf`."""

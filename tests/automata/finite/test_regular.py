@@ -8,7 +8,13 @@ from hypothesis import strategies as st
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guards
-from llfsm_verify.automata.finite.expressions import _first_and_rest, determinise, minimise, nondeterministic
+from llfsm_verify.automata.finite.expressions import (
+    DeterministicAutomaton,
+    _first_and_rest,
+    explore_subsets,
+    minimise,
+    nondeterministic,
+)
 from llfsm_verify.automata.finite.monitor import EmptyWordForbidden, NoWord, RegularMonitor, allowed_words
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.bounds import repeat
@@ -24,6 +30,20 @@ from tests.quick import examples
 P, Q = atom("p"), atom("q")
 KEYS = ("p", "q")
 LETTERS = [frozenset(), frozenset("p"), frozenset("q"), frozenset("pq")]
+
+
+def determinise(automaton, max_states=20_000):
+    """The same language by the subset construction."""
+
+    def following(states):
+        leaving = [edge for q in sorted(states) for edge in automaton.edges[q]]
+        for part, inside in automaton.guards.partition(guard for guard, _ in leaving).items():
+            if targets := frozenset(target for guard, target in leaving if guard in inside):
+                yield part, targets
+
+    subsets, edges = explore_subsets(frozenset((0,)), following, max_states)
+    accepting = tuple(any(automaton.accepting[q] for q in states) for states in subsets)
+    return DeterministicAutomaton(automaton.guards, edges, accepting)
 
 
 def matches(f, word):
