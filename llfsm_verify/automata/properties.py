@@ -16,10 +16,10 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import Formula, atoms, to_text
+from llfsm_verify.logic.parsing.words import atom_place
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.logic.reading import read_source
 from llfsm_verify.logic.regular import exclusions, state_groups
-from llfsm_verify.logic.syntaxes.atoms import atom_place
 
 
 def load_automata(properties: PropertySet) -> tuple[PropertySet, Mapping[str, Automaton]]:
@@ -61,14 +61,12 @@ def _automaton(line: Property) -> tuple[Automaton, Mapping[str, Fragment]]:
     folder = Path(line.span.source.name).parent
     read = _read(folder / line.file, line)
     places: dict[str, Fragment] = {}
-    keys: list[str] = []
     for text, span in read.places.items():
-        key, place = atom_place(Fragment.whole(span.source), span.start - 1, span.end + 1, True, {})
-        if key in places:
+        place = atom_place(Fragment.whole(span.source), span.start - 1, span.end + 1, True, {})
+        if place.text in places:
             raise DiagnosticError(Diagnostic(codes.HOA, f'"{text}" is one proposition with another one', span))
-        places[key] = place
-        keys.append(key)
-    return Automaton(tuple(keys), read.automaton.edges, read.automaton.acceptance_sets), places
+        places[place.text] = place
+    return Automaton(tuple(places), read.automaton.edges, read.automaton.acceptance_sets), places
 
 
 def _read(path: Path, line: Property) -> HoaAutomaton:

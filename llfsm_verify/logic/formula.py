@@ -11,7 +11,7 @@ from threading import RLock
 from typing import Literal
 from weakref import WeakValueDictionary
 
-from llfsm_verify.logic.quoting import needs_quotes
+from llfsm_verify.logic.parsing.tokens import needs_quotes
 
 Op = Literal[
     "true", "false", "atom", "not", "and", "or", "xor", "implies", "iff", "X", "F", "G", "U", "W", "R", "M",

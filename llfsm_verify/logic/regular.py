@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Literal
 
-from llfsm_verify.logic.formula import Formula, atom, atoms, conjunction, negation
+from llfsm_verify.logic.formula import Formula, atom, conjunction, negation
 
 RegularKind = Literal["enforce", "forbid", "forbid initially"]
 
@@ -32,8 +32,3 @@ def exclusions(keys: Iterable[str]) -> Formula:
         for i, a in enumerate(group)
         for b in group[i + 1 :]
     )
-
-
-def letter_atoms(formulas: Sequence[Formula]) -> tuple[str, ...]:
-    """The atoms of `formulas`, each once, in order of first appearance."""
-    return atoms(*formulas) if formulas else ()

@@ -5,16 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise, product
 
-from llfsm_verify.logic.expressions import (
-    MAX_ATOMS,
-    MAX_DERIVATIVES,
-    derivative,
-    letters,
-    nullable,
-)
-from llfsm_verify.logic.formula import FALSE, Formula
+from llfsm_verify.logic.expressions import MAX_ATOMS, MAX_DERIVATIVES, derivative, letters, nullable
+from llfsm_verify.logic.formula import FALSE, Formula, atoms
 from llfsm_verify.logic.lasso import evaluate
-from llfsm_verify.logic.regular import ExpressionTooLarge, RegularKind, exclusions, letter_atoms
+from llfsm_verify.logic.regular import ExpressionTooLarge, RegularKind, exclusions
 from llfsm_verify.logic.word import Letter, holds_in
 
 Valuation = frozenset[Formula]
@@ -24,7 +18,7 @@ Valuation = frozenset[Formula]
 def valuations(expression: Formula, word: Sequence[Letter]) -> list[Valuation]:
     """The valuations of `word` with equal neighbours merged."""
     alphabet = letters(expression)
-    keys = letter_atoms(alphabet)
+    keys = atoms(*alphabet)
     known: dict[frozenset[str], Valuation] = {}  # long words repeat few letters
     seen: list[Valuation] = []
     for letter in word:
@@ -123,7 +117,7 @@ def _goes_on(expression: Formula, last: Valuation | None, alphabet: Sequence[For
 
 
 def _possible(alphabet: Sequence[Formula]) -> Iterator[Valuation]:
-    keys = letter_atoms(alphabet)
+    keys = atoms(*alphabet)
     if len(keys) > MAX_ATOMS:
         raise ExpressionTooLarge(f"an expression over more than {MAX_ATOMS} atoms")
     excluded = exclusions(keys)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.syntaxes.atoms import atom_place
+from llfsm_verify.logic.parsing.words import atom_place
 
 Letter = frozenset[str]
 """The atoms that hold; all others do not."""
@@ -88,8 +88,7 @@ def parse_word(fragment: Fragment) -> tuple[list[Letter], list[Letter]]:
                 _refuse_operators(token, start, wrong)
                 if re.search(r"\w\s+\w", token) and token[0] != '"':
                     raise wrong(f"`&` or `;` is missing inside `{token[:20]}`", start, at)
-                key, _ = atom_place(fragment, start, at, token[0] == '"', {})
-                (false if negative else true).add(key)
+                (false if negative else true).add(atom_place(fragment, start, at, token[0] == '"', {}).text)
             wanted, negative, empty = False, False, False
     if loop is None or not closed:
         raise wrong("a word ends in a loop: `cycle{…}`", max(0, len(text) - 1), len(text))

@@ -54,15 +54,10 @@ class RegularMonitor:
         """
         self._kind = kind
         self._guards = guards = Guards(atom_order)
-        self._letters = [guards.of(f) for f in letters(expression)]
         self._world = guards.of(exclusions(atom_order) if possible is None else possible)
-        self._automaton = nondeterministic(expression, guards)
-        self._open = open_states(self._automaton, self._letters, self._world)
-        if 0 not in self._open:
-            raise NoWord
-        if kind != "enforce" and nullable(expression):
-            raise EmptyWordForbidden
-        self.relevant = sum(1 << i for i, key in enumerate(atom_order) if key in _keys(letters(expression)))
+        self._letters, self._automaton, self._open = _opened(kind, expression, guards, self._world)
+        keys = frozenset(atoms(*letters(expression)))
+        self.relevant = sum(1 << i for i, key in enumerate(atom_order) if key in keys)
         self._states: list[tuple[frozenset[int], Valuation | None]] = []
         self._numbers: dict[tuple[frozenset[int], Valuation | None], int] = {}
         self._steps: dict[tuple[int, int], int | None] = {}
@@ -129,6 +124,20 @@ class RegularMonitor:
         return number
 
 
+def _opened(
+    kind: RegularKind, expression: Formula, guards: Guards, world: Guard
+) -> tuple[list[Guard], FiniteAutomaton, dict[int, Barred]]:
+    """The sets of an expression's letters, its automaton, and `open_states`. NoWord, EmptyWordForbidden."""
+    alphabet = [guards.of(f) for f in letters(expression)]
+    automaton = nondeterministic(expression, guards)
+    found = open_states(automaton, alphabet, world)
+    if 0 not in found:
+        raise NoWord
+    if kind != "enforce" and nullable(expression):
+        raise EmptyWordForbidden
+    return alphabet, automaton, found
+
+
 def open_states(automaton: FiniteAutomaton, alphabet: Sequence[Guard], world: Guard) -> dict[int, Barred]:
     """The states from which a word of the property can be completed, with the last valuation after which it cannot.
 
@@ -186,10 +195,6 @@ def _shown(guards: Guards, alphabet: Sequence[Guard], world: Guard, letter: int)
     return valuation, alike
 
 
-def _keys(formulas: Sequence[Formula]) -> frozenset[str]:
-    return frozenset(atoms(*formulas)) if formulas else frozenset()
-
-
 def allowed_words(
     kind: RegularKind, expression: Formula, guards: Guards, max_states: int = MAX_STATES
 ) -> DeterministicAutomaton:
@@ -199,14 +204,8 @@ def allowed_words(
     out the others. Letters are told apart only where those of one state do, never all of the expression's. All states
     accept. NoWord, EmptyWordForbidden, AutomatonTooLarge as for `RegularMonitor`.
     """
-    alphabet = [guards.of(f) for f in letters(expression)]
     world = guards.of(exclusions(guards.atoms))
-    automaton = nondeterministic(expression, guards)
-    classes = open_states(automaton, alphabet, world)
-    if 0 not in classes:
-        raise NoWord
-    if kind != "enforce" and nullable(expression):
-        raise EmptyWordForbidden
+    alphabet, automaton, classes = _opened(kind, expression, guards, world)
     same = {v: _showing(v, alphabet, world) for v in classes.values() if v is not None}
     _, edges = explore_subsets(
         frozenset((0,)),
@@ -243,12 +242,8 @@ def _successors(
             if not any(automaton.accepting[t] for t in targets):
                 found[part] = frozenset(targets)
             continue
-        left = frozenset(t for t in targets if t in classes and not _bars(classes[t], same, inside))
+        shown = {valuation for valuation, guard in same.items() if guard in inside}
+        left = frozenset(t for t in targets if t in classes and classes[t] not in shown)
         if left:
             found[part] = left
     return found
-
-
-def _bars(valuation: int | None, same: dict[int, Guard], inside: frozenset[Guard]) -> bool:
-    """The class of letters shows the valuation after which a state is of no use."""
-    return valuation is not None and same[valuation] in inside

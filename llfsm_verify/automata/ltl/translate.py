@@ -8,13 +8,12 @@ from typing import Generic
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.labels import Alphabet, L, alphabet_of
 from llfsm_verify.automata.ltl.expansion import Expansion
-from llfsm_verify.automata.omega.augmented import Augmented, augment
+from llfsm_verify.automata.omega.augmented import Augmented, augment, is_obligation, minimal_weak, weak_components
 from llfsm_verify.automata.omega.degeneralise import state_based
 from llfsm_verify.automata.omega.pruning import useful
 from llfsm_verify.automata.omega.reduction import closure, reduce_automaton, reduce_by_state
 from llfsm_verify.automata.omega.subsets import Subsets, subsets
 from llfsm_verify.automata.omega.symbolic import Arc, Symbolic, kept, merged_row, to_automaton
-from llfsm_verify.automata.omega.weak import is_obligation, minimal_weak, weak_components
 from llfsm_verify.limits import tick
 from llfsm_verify.logic.formula import Formula, apply, atoms, is_plain
 from llfsm_verify.logic.hierarchy import form

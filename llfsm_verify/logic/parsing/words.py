@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
@@ -68,26 +69,12 @@ class Words:
         for i in range(first, last + 1):
             token = self.tokens[i]
             tokens += self._unquote(i, first == last) if token.type == "STRING" else [token]
-        text: list[str] = []
-        offsets: list[int] = []
-        places = self.fragment.offsets
-        for token, blank in zip(tokens, spaced(tokens), strict=True):
-            if blank:
-                text.append(" ")
-                offsets.append(places[token.start])
-            text.append(token.text)
-            offsets.extend(places[token.start : token.end])
-        offsets.append(offsets[-1] + 1)
-        return Fragment("".join(text), self.fragment.source, tuple(offsets))
+        return _in_one_spacing(self.fragment, tokens)
 
     def _unquote(self, i: int, alone: bool) -> list[Token]:
         token = self.tokens[i]
-        text = self.fragment.text
-        if "#" in text[token.start : token.end]:  # it would begin a comment
-            at = text.index("#", token.start)
-            span = self.fragment.span(at, at + 1)
-            raise DiagnosticError(Diagnostic(codes.CHARACTER, "an atom cannot have the character `#`", span))
-        inner = tokenise(text, token.start + 1, token.end - 1)
+        _refuse_comment(self.fragment, token.start, token.end)
+        inner = tokenise(self.fragment.text, token.start + 1, token.end - 1)
         if not inner:
             raise self.error(codes.QUOTED, "there is nothing between the quotes", i, i)
         for t in inner:
@@ -102,6 +89,57 @@ class Words:
                 "quote the whole atom, or use parentheses",
             )  # fmt: skip
         return inner
+
+
+def atom_place(fragment: Fragment, start: int, end: int, quoted: bool, equals: Mapping[str, str]) -> Fragment:
+    """The atom at ``start:end`` as another tool writes it, with its key as the text. `equals`: signs that have another
+    spelling here.
+
+    DiagnosticError (E307, E332): nothing between the quotes, or a character that no atom has.
+    """
+    text = fragment.text
+    if not quoted and text[start:end].isascii() and text[start:end].isidentifier():
+        return Fragment(text[start:end], fragment.source, fragment.offsets[start : end + 1])
+    if quoted:
+        start, end = start + 1, end - 1
+        _refuse_comment(fragment, start, end)
+    tokens: list[Token] = []
+    for token in tokenise(text, start, end):
+        if token.type in ("OTHER", "OPEN_QUOTE"):
+            message = f"an atom cannot have the character `{token.text}`"
+            raise DiagnosticError(Diagnostic(codes.CHARACTER, message, fragment.span(token.start, token.end)))
+        if not quoted and token.text in equals:
+            token = Token("COMPARE", equals[token.text], token.start, token.end)
+        if token.type != "NEWLINE":
+            tokens.append(token)
+    if not tokens:
+        span = fragment.span(start - 1, end + 1)
+        raise DiagnosticError(Diagnostic(codes.QUOTED, "there is nothing between the quotes", span))
+    return _in_one_spacing(fragment, tokens)
+
+
+def _refuse_comment(fragment: Fragment, start: int, end: int) -> None:
+    """DiagnosticError: an atom with a character that would begin a comment."""
+    at = fragment.text.find("#", start, end)
+    if at >= 0:
+        span = fragment.span(at, at + 1)
+        raise DiagnosticError(Diagnostic(codes.CHARACTER, "an atom cannot have the character `#`", span))
+
+
+def _in_one_spacing(fragment: Fragment, tokens: list[Token]) -> Fragment:
+    """Tokens of a fragment, which may be spelt longer than there, as the text of an atom."""
+    text: list[str] = []
+    offsets: list[int] = []
+    for token, blank in zip(tokens, spaced(tokens), strict=True):
+        places = fragment.offsets[token.start : token.end]
+        if blank:
+            text.append(" ")
+            offsets.append(places[0])
+        text.append(token.text)
+        offsets.extend(places)
+        offsets.extend([places[-1]] * (len(token.text) - len(places)))
+    offsets.append(offsets[-1] + 1)
+    return Fragment("".join(text), fragment.source, tuple(offsets))
 
 
 def check_words(words: Words) -> None:

@@ -37,21 +37,15 @@ def join(op: Op, args: Iterable[Formula], implies: Implication, make: Make) -> F
 
 def _irredundant(op: Op, parts: list[Formula], implies: Implication) -> list[Formula] | None:
     """`parts` without those that others make needless; None: they contradict (for `or`: exhaust) each other."""
+    follows = implies if op == "and" else lambda a, b: implies(b, a)
+    decides = implies.excludes if op == "and" else implies.exhausts
     kept: list[Formula] = []
     for a in parts:
-        if op == "and":
-            if any(implies(b, a) for b in kept):
-                continue
-            if any(implies.excludes(a, b) for b in kept):
-                return None
-            kept = [b for b in kept if not implies(a, b)]
-        else:
-            if any(implies(a, b) for b in kept):
-                continue
-            if any(implies.exhausts(a, b) for b in kept):
-                return None
-            kept = [b for b in kept if not implies(b, a)]
-        kept.append(a)
+        if any(follows(b, a) for b in kept):
+            continue
+        if any(decides(a, b) for b in kept):
+            return None
+        kept = [*(b for b in kept if not follows(a, b)), a]
     return kept
 
 
@@ -131,30 +125,27 @@ def _same_operator(op: Op, a: Formula, b: Formula, implies: Implication, make: M
 
 def _one_letter(op: Op, a: Formula, b: Formula) -> Formula | None:
     """Expansion laws read backwards: `b | (a & X (a U b))` is `a U b`, and the like."""
-    if op == "or":
-        if b.op == "X" and b.args[0].op == "F" and b.args[0].args[0] is a:
-            return b.args[0]
-        if b.op == "and" and len(b.args) == 2:
-            for x, y in (b.args, b.args[::-1]):
-                if y.op == "X" and y.args[0].op in ("U", "W") and y.args[0].args == (x, a):
-                    return y.args[0]
-    else:
-        if b.op == "X" and b.args[0].op == "G" and b.args[0].args[0] is a:
-            return b.args[0]
-        if b.op == "or" and len(b.args) == 2:
-            for x, y in (b.args, b.args[::-1]):
-                if y.op == "X" and y.args[0].op in ("R", "M") and y.args[0].args == (x, a):
-                    return y.args[0]
+    one, dual, two = ("F", "and", ("U", "W")) if op == "or" else ("G", "or", ("R", "M"))
+    if b.op == "X" and b.args[0].op == one and b.args[0].args[0] is a:
+        return b.args[0]
+    if b.op == dual and len(b.args) == 2:
+        for x, y in (b.args, b.args[::-1]):
+            if y.op == "X" and y.args[0].op in two and y.args[0].args == (x, a):
+                return y.args[0]
     return None
+
+
+_PROMISED: dict[tuple[Op, Op, Op], tuple[Op, int]] = {
+    ("and", "F", "W"): ("U", 1), ("and", "F", "R"): ("M", 0), ("or", "G", "U"): ("W", 0), ("or", "G", "M"): ("R", 1),
+}  # fmt: skip
+"""What `F a & (b W a)` and the like are; and which argument of the second operator is that of the first."""
 
 
 def _with_pure(op: Op, a: Formula, b: Formula, implies: Implication, make: Make) -> Formula | None:
     """A strong operator from a weak one and the promise, and back; suspendable formulas go under `X`."""
-    if op == "and":
-        if a.op == "F" and b.op in ("W", "R") and a.args[0] is b.args[1 if b.op == "W" else 0]:
-            return make("U" if b.op == "W" else "M", *b.args)
-    elif a.op == "G" and b.op in ("U", "M") and a.args[0] is b.args[0 if b.op == "U" else 1]:
-        return make("W" if b.op == "U" else "R", *b.args)
+    promised = _PROMISED.get((op, a.op, b.op))
+    if promised is not None and a.args[0] is b.args[promised[1]]:
+        return make(promised[0], *b.args)
     if a.op == ("F" if op == "and" else "G") and b.op == ("G" if op == "and" else "F"):
         first = _from_the_first(op, a.args[0], b.args[0], implies)
         if first:

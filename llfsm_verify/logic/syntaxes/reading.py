@@ -15,7 +15,7 @@ from llfsm_verify.logic.expressions import first_match, sequence
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, atom, depth, negation
 from llfsm_verify.logic.parsing.formulas import MAX_DEPTH, Parsed
 from llfsm_verify.logic.parsing.tokens import MAX_TOKENS
-from llfsm_verify.logic.syntaxes.atoms import atom_place
+from llfsm_verify.logic.parsing.words import atom_place
 from llfsm_verify.logic.syntaxes.ranges import WrongRange, repetitions, step_operators
 from llfsm_verify.logic.syntaxes.table import Infix, SyntaxTable
 
@@ -202,9 +202,9 @@ class _Reader:
             self._open(token, True)
             return True
         if kind in ("NAME", "ATOM", "QUOTED") and text not in table.infix and not text.isdigit():
-            key, place = atom_place(self._fragment, token.start, token.end, kind == "QUOTED", table.equals)
-            self._atoms.setdefault(key, place)
-            self._push(atom(key), token, True)
+            place = atom_place(self._fragment, token.start, token.end, kind == "QUOTED", table.equals)
+            self._atoms.setdefault(place.text, place)
+            self._push(atom(place.text), token, True)
             return False
         raise self._error(f"something is missing before `{text}`", token)
 

@@ -26,7 +26,7 @@ from llfsm_verify.logic.formula import (
     repetition,
     written,
 )
-from llfsm_verify.logic.quoting import needs_quotes
+from llfsm_verify.logic.parsing.tokens import needs_quotes
 from llfsm_verify.logic.syntaxes.nusmv import NUSMV
 from llfsm_verify.logic.syntaxes.spin import SPIN
 from llfsm_verify.logic.syntaxes.spot import NAME, RESERVED
