@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from llfsm_verify.analysis.lint.finding import Finding, LintResult, OpenQuestion
-from llfsm_verify.api.shown import html_of, text_of
-from llfsm_verify.api.traces import RunView, TraceView
+from llfsm_verify.api.traces import Readable, RunView, TraceView
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Proof
 from llfsm_verify.jsonvalue import Json
@@ -32,7 +31,7 @@ class Reachability(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class QueryAnswer:
+class QueryAnswer(Readable):
     """Whether a run reaches what was asked for. `wrapped` is the value inside, which is private."""
 
     wrapped: QueryResult
@@ -44,12 +43,6 @@ class QueryAnswer:
 
     def __repr__(self) -> str:
         return f"<QueryAnswer {self.answer}: {self.wrapped.query.text}>"
-
-    def __str__(self) -> str:
-        return text_of(self._shown())
-
-    def _repr_html_(self) -> str:
-        return html_of(self._shown())
 
     def _shown(self) -> Iterator[RenderableType]:
         from llfsm_verify.report.query import query_text
@@ -97,7 +90,7 @@ class QueryAnswer:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class LintReport:
+class LintReport(Readable):
     """The findings of lint that no file accepts, one after the other. `wrapped` is the value inside, which is private.
 
     A finding has a `code`, a `level` (``warning`` or ``note``), a `message`, a `span` (its place) and a `hint`.
@@ -118,12 +111,6 @@ class LintReport:
 
     def __repr__(self) -> str:
         return f"<LintReport of {self.wrapped.arrangement}: {len(self)} findings, {len(self.open)} open questions>"
-
-    def __str__(self) -> str:
-        return text_of(self._shown())
-
-    def _repr_html_(self) -> str:
-        return html_of(self._shown())
 
     def _shown(self) -> Iterator[RenderableType]:
         from llfsm_verify.report.lint.text import lint_text

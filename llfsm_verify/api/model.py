@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Unpack, overload
+from typing import TYPE_CHECKING, Literal, Unpack, cast, overload
 
 from llfsm_verify.api.answers import LintReport, QueryAnswer, RecordingOutcome, ReplayOutcome
 from llfsm_verify.api.monitors import MonitorSet, monitors_of
@@ -45,6 +45,7 @@ from llfsm_verify.report.drawing import NO_LIBRARY
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.drawing.graph import Graph, summarise
+from llfsm_verify.report.simulation import ending
 from llfsm_verify.runtime.stepping.drawing import drawing_of
 from llfsm_verify.runtime.stepping.random_run import RandomRun, Script, input_problem
 from llfsm_verify.runtime.stepping.simulation import Simulation
@@ -247,7 +248,7 @@ class Model:
         run = RandomRun(Execution(program), Script(texts), source, law=law, seed=seed)
         done = tuple(run.steps(steps, cycles))
         trace = Trace(run.initial, run.free, (), done, None, run.fault, period=program.period)
-        return SimulatedRun(trace, self.wrapped, seed, _ending(run), run.visits.never)
+        return SimulatedRun(trace, self.wrapped, seed, cast(Ending, ending(run)), run.visits.never)
 
     def run(
         self,
@@ -421,9 +422,3 @@ def _input_texts(
         if problem is not None:
             raise ValueError(problem if step == 0 else f"step {step}: {problem}")
     return texts
-
-
-def _ending(run: RandomRun) -> Ending:
-    if run.fault is not None:
-        return "fault"
-    return "overflow" if run.overflowed else "ended" if run.ended else "steps"

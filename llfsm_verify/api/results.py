@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from llfsm_verify.api.shown import html_of, text_of
-from llfsm_verify.api.traces import TraceView
+from llfsm_verify.api.traces import Readable, TraceView, text_of
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import FaultFinding, Proof, PropertyResult, Result, Vacuity, Verdict
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class CheckResult:
+class CheckResult(Readable):
     """The verdicts of a check, in the order of the properties: ``result["name"]``, or one after the other.
 
     ``print(result)`` shows what the command line does. `wrapped` is the value inside, which is private.
@@ -59,12 +58,6 @@ class CheckResult:
     def __repr__(self) -> str:
         said = "".join(f", {item.name} {item.verdict}" for item in self.wrapped.properties)
         return f"<CheckResult of {self.wrapped.arrangement}{said}, faults {self.wrapped.faults.verdict}>"
-
-    def __str__(self) -> str:
-        return text_of(self._shown())
-
-    def _repr_html_(self) -> str:
-        return html_of(self._shown())
 
     def _shown(self) -> Iterator[RenderableType]:
         from llfsm_verify.report.text import result_text

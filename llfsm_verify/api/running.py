@@ -28,7 +28,7 @@ from llfsm_verify.runtime.live.slots import slots_of
 from llfsm_verify.runtime.swapping.settings import RunSettings
 from llfsm_verify.runtime.whiteboard.client import Replaced, WhiteboardError
 from llfsm_verify.runtime.whiteboard.places import NoPlace
-from llfsm_verify.runtime.whiteboard.server import Taken
+from llfsm_verify.runtime.whiteboard.server import NameTaken
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.values import text
 
@@ -59,7 +59,7 @@ class LiveRun:
         try:
             try:
                 self._launched = self._left.enter_context(launched(ready))
-            except (Taken, NoPlace) as problem:
+            except (NameTaken, NoPlace) as problem:
                 raise WhiteboardError(str(problem)) from None
             self.wrapped, self._shared = self._launched.run, self._launched.shared
             self._begin()
@@ -109,8 +109,10 @@ class LiveRun:
             poll.register(one.fileno(), select.POLLIN)
         try:
             self._launched.start(self._follow)
-            while not self._has_ended():
+            while True:
                 with self._lock:
+                    if self.wrapped.wait(0):
+                        break
                     self._shared.posts.forward()
                     for one in served:
                         one.serve(0)
@@ -131,10 +133,6 @@ class LiveRun:
                     self._changing.set_result(("the run has ended", ()))
                 for tell in self._awaiting:
                     tell()
-
-    def _has_ended(self) -> bool:
-        with self._lock:
-            return self.wrapped.wait(0)
 
     def _follow(self, shared: Shared) -> None:
         """Another run goes on with this one."""

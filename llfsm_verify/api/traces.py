@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import io
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from llfsm_verify.api.shown import html_of, text_of
 from llfsm_verify.arrangement.files import STDIN
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace, TraceStep, letter_steps
@@ -17,6 +17,7 @@ from llfsm_verify.jsonvalue import Json
 from llfsm_verify.logic.properties import Property, PropertySet, asked_text
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.json import step_times, trace_object
+from llfsm_verify.report.plain import PIPE_WIDTH, plain_text
 from llfsm_verify.report.saving import refuse_others, write_traces
 from llfsm_verify.values import Shown, read_back
 from llfsm_verify.verification.query import saved_query
@@ -32,8 +33,47 @@ Value = Shown
 Ending = Literal["steps", "ended", "fault", "overflow", "loop"]
 
 
+FRAME = '<pre style="line-height:normal;white-space:pre;overflow-x:auto">{code}</pre>'
+NOTEBOOK_WIDTH = 160
+"""Characters of a line in a notebook, which scrolls."""
+
+
+class Readable:
+    """What people read: as text, and as HTML in notebooks."""
+
+    __slots__ = ()
+
+    def _shown(self) -> Iterable[RenderableType]:
+        raise NotImplementedError
+
+    def __str__(self) -> str:
+        return text_of(self._shown())
+
+    def _repr_html_(self) -> str:
+        return html_of(self._shown())
+
+
+def text_of(items: Iterable[RenderableType], width: int | None = None) -> str:
+    """The items as plain text, without a newline at the end."""
+    return plain_text(items, width or PIPE_WIDTH).rstrip("\n")
+
+
+def html_of(items: Iterable[RenderableType]) -> str:
+    """The items with their colours, as HTML that stands by itself."""
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(
+        file=io.StringIO(), record=True, width=NOTEBOOK_WIDTH, force_terminal=True, color_system="truecolor",
+        force_jupyter=False, highlight=False, markup=False, emoji=False,
+    )  # fmt: skip
+    for item in items:
+        console.print(item, soft_wrap=isinstance(item, Text))
+    return console.export_html(inline_styles=True, code_format=FRAME)
+
+
 @dataclass(frozen=True, slots=True, repr=False)
-class RunView:
+class RunView(Readable):
     """A run: ``len(run)`` steps, numbered from 1; 0 stands for the initial configuration.
 
     `wrapped` is the value inside, which is private.
@@ -52,12 +92,6 @@ class RunView:
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} of {self._arrangement.name}: {counted(len(self), 'step')}>"
-
-    def __str__(self) -> str:
-        return text_of(self._shown())
-
-    def _repr_html_(self) -> str:
-        return html_of(self._shown())
 
     def _shown(self) -> Iterator[RenderableType]:
         from llfsm_verify.report.text import run_text

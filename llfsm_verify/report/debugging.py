@@ -6,11 +6,10 @@ from collections.abc import Iterable, Iterator
 
 from rich.text import Text
 
-from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.report.columns import Column, lay_out
-from llfsm_verify.report.steptable import COLUMNS, StepLines, row_cells
-from llfsm_verify.report.tracetable import Row, step_row
+from llfsm_verify.report.steptable import PROCESS, StepLines
+from llfsm_verify.report.tracetable import step_row
 from llfsm_verify.runtime.debugging.commands import Part, Steps, Table
 
 BROKEN = frozenset({"because", "changes", "what it does", "formula", "guard"})
@@ -52,18 +51,10 @@ def _steps(part: Steps, width: int) -> Iterator[Text]:
     if part.left_out:
         yield Text(f"{counted(part.left_out, 'step')} before these are not shown", "dim")
     rows = [step_row(number, step) for number, step in enumerate(part.steps, part.first)]
-    yield from row_lines(rows, part.steps, width)
-
-
-def row_lines(rows: list[Row], steps: Iterable[TraceStep], width: int) -> Iterator[Text]:
-    """Rows of steps below their titles."""
     if not rows:
         return
-    cells = list(zip(*map(row_cells, rows), strict=True))
-    several = len({step.process for step in steps}) > 1
-    shown = [i for i, column in enumerate(cells) if any(column) and (several or COLUMNS[i].title != "process")]
-    measured = [empty.holding(column) for empty, column in zip(COLUMNS, cells, strict=True)]
-    lines = StepLines.fitting(measured, shown, width)
+    several = len({step.process for step in part.steps}) > 1
+    lines = StepLines.of(rows, () if several else (PROCESS,), width)
     yield lines.header()
     for row in rows:
         yield from lines.row(row)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Sequence
 from decimal import Decimal
-from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
@@ -203,16 +202,15 @@ def _choices(read: Iterable[Sampled]) -> Json:
 def step_times(trace: Trace, before: Sequence[TraceStep] = ()) -> list[int | float | None]:
     """The milliseconds of logical time at which the cycle of each step begins; None: untimed."""
     when = moments((*before, *trace.steps))[len(before) :]
-    return [None if trace.period is None else _plain(trace.period * (moment.cycle - 1)) for moment in when]
+    if trace.period is None:
+        return [None for _ in when]
+    times = (trace.period * (moment.cycle - 1) for moment in when)
+    return [int(time) if time.denominator == 1 else float(time) for time in times]
 
 
 def _value(text: str) -> bool | int | float | str:
     value = read_back(text)
     return float(value) if isinstance(value, Decimal) else value
-
-
-def _plain(number: Fraction) -> int | float:
-    return int(number) if number.denominator == 1 else float(number)
 
 
 def _number(read: Sampled) -> int | float:

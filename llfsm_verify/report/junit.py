@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
-from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Result, Verdict
 from llfsm_verify.logic.properties import asked_text
-from llfsm_verify.report.formats import Style
 from llfsm_verify.report.tracetable import initial_text, rows
 from llfsm_verify.report.wording import (
     CLAIMED,
@@ -21,7 +19,7 @@ from llfsm_verify.report.wording import (
 )
 
 
-def result_junit(result: Result) -> str:
+def report(result: Result, *_: object) -> str:
     """One `testsuite` with a `testcase` a property and one named `faults`.
 
     A violated property or a fault is a `failure` with its trace as text, an unknown verdict an `error`; with
@@ -111,8 +109,3 @@ def _clean(text: str) -> str:
     return "".join(
         c if c in "\t\n" or (c >= " " and c not in "\ufffe\uffff") else "\N{REPLACEMENT CHARACTER}" for c in text
     )
-
-
-def report(result: Result, _: Arrangement, __: Style) -> str:
-    """The report for continuous integration, as `report.formats` knows it."""
-    return result_junit(result)

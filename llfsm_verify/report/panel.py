@@ -23,7 +23,7 @@ MOST_VIOLATED = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class Snapshot:
     """What a panel shows."""
 
     name: str
@@ -44,7 +44,7 @@ class Moment:
     lateness: Lateness | None
 
 
-def panel(now: Moment, before: Mapping[str, Shown], height: int) -> RenderableType:
+def panel(now: Snapshot, before: Mapping[str, Shown], height: int) -> RenderableType:
     """The panel, of at most so many lines where that is possible; what is not as it was `before` stands out."""
     from rich.console import Group
     from rich.panel import Panel

@@ -9,7 +9,7 @@ from signal import Signals
 
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.runtime.live.run import RunReport
-from llfsm_verify.runtime.ports.link import Counts
+from llfsm_verify.runtime.ports.ports import Counts
 from llfsm_verify.runtime.stepping.visited import never_visited
 
 ENDINGS = {

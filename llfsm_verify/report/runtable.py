@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -102,14 +102,9 @@ def _free(program: Program, initial: Mapping[str, str]) -> str:
 
 
 def _widest(choice: Choice) -> str:
-    return max((value_text(choice.type, choice.labels, v) for v in _extremes(choice)), key=len)
-
-
-def _extremes(choice: Choice) -> Iterable[int]:
-    """Values among which is one with the longest text."""
-    if choice.labels:
-        return range(choice.type.low, choice.type.low + len(choice.labels))
-    return (choice.type.low, choice.type.high)
+    low, high = choice.type.low, choice.type.high
+    values = range(low, low + len(choice.labels)) if choice.labels else (low, high)
+    return max((value_text(choice.type, choice.labels, value) for value in values), key=len)
 
 
 def _bounds(kind: object) -> tuple[str, str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -34,7 +34,7 @@ COLUMNS = (
     Column("changes", "items", detail=True),
     Column("property", "items", detail=True),
 )
-CYCLE, TIME = 1, 2
+CYCLE, PROCESS = 1, 3
 
 
 def row_cells(row: Row) -> tuple[str, ...]:
@@ -55,6 +55,14 @@ class StepLines:
     def fitting(columns: Sequence[Column], shown: Sequence[int], width: int) -> StepLines:
         """The layout for `columns` (all of them, with their measures) in `width` terminal cells."""
         return StepLines(lay_out([columns[i] for i in shown], width), tuple(shown))
+
+    @staticmethod
+    def of(rows: Sequence[Row], left_out: Collection[int], width: int) -> StepLines:
+        """The layout for rows, without empty columns and those that are left out."""
+        columns = list(zip(*map(row_cells, rows), strict=True))
+        shown = [i for i, column in enumerate(columns) if any(column) and i not in left_out]
+        measured = [empty.holding(column) for empty, column in zip(COLUMNS, columns, strict=True)]
+        return StepLines.fitting(measured, shown, width)
 
     def header(self) -> Text:
         return _line(self.layout.header(), "dim")
@@ -89,14 +97,9 @@ class StepTable:
         self._whole = len(trace.steps) > 1 and all(step.cycle or step.process is None for step in trace.steps)
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Text]:
-        columns = [list(column) for column in zip(*map(row_cells, self._rows), strict=True)]
-        several = {i for i, column in enumerate(COLUMNS) if column.title == "process" and len({*columns[i]} - {""}) > 1}
-        left_out = {i for i, column in enumerate(COLUMNS) if column.title == "process"} - several
-        if self._whole:
-            left_out.add(CYCLE)  # each step is one
-        shown = [i for i, column in enumerate(columns) if any(column) and i not in left_out]
-        measured = [empty.holding(column) for empty, column in zip(COLUMNS, columns, strict=True)]
-        lines = StepLines.fitting(measured, shown, options.max_width)
+        several = len({row.process for row in self._rows} - {""}) > 1
+        left_out = {CYCLE} if self._whole else set[int]()  # each step is one
+        lines = StepLines.of(self._rows, left_out if several else {PROCESS, *left_out}, options.max_width)
         yield lines.header()
         sizes = self._sizes()
         for number, row in enumerate(self._rows):

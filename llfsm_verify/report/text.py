@@ -87,7 +87,8 @@ def result_text(
         yield Text(fault_place(finding.site), "bold")
         yield from trace_text(finding.trace, fold=fold)
     yield Text()
-    if _has_tables(result):
+    runs = [trace for item in result.properties for trace in (item.trace, item.witness) if trace is not None]
+    if result.faults.findings or result.escape is not None or runs:
         yield from _verdicts(result)
         yield Text()
     yield Text(summary_text(result, whole))
@@ -104,12 +105,6 @@ def result_text(
     is_bounded = explored.depth is not None and explored.complete is False and not result.attempts
     if is_bounded and Verdict.UNKNOWN in verdicts:
         yield Text("`--engine auto` also asks engines that do not bound the length of runs.")
-
-
-def _has_tables(result: Result) -> bool:
-    """Whether tables stand between the verdicts and the end."""
-    traces = (trace for item in result.properties for trace in (item.trace, item.witness))
-    return bool(result.faults.findings) or result.escape is not None or any(trace is not None for trace in traces)
 
 
 def _verdicts(result: Result) -> Iterator[Text]:

@@ -100,8 +100,8 @@ def launched(
     """The processes of a run. What still runs at the end is ended.
 
     Where `operators:` allows that machines or the policy are replaced, another run may go on with it, if it `swaps`.
-    `audit` and `refused` are as for `Server`. Raises Taken, NoPlace, OSError, and DiagnosticError (E480: the recording
-    cannot be written).
+    `audit` and `refused` are as for `Server`. Raises NameTaken, NoPlace, OSError, and DiagnosticError (E480: the
+    recording cannot be written).
     """
     settings, arrangement = ready.settings, ready.plan.arrangement
     name = settings.whiteboard

@@ -15,7 +15,8 @@ from llfsm_verify.kripke.labels.sizes import InputNote
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.lint import json as programs
 from llfsm_verify.report.lint import text as people
-from llfsm_verify.report.lint.json import lint_json, lint_sarif
+from llfsm_verify.report.lint.json import report as lint_json
+from llfsm_verify.report.lint.json import report_sarif as lint_sarif
 from llfsm_verify.report.lint.text import MOST_OPEN, lint_text
 from llfsm_verify.report.schema import load
 from tests.cli.running import LIGHTS

@@ -11,13 +11,13 @@ from dataclasses import replace
 
 import pytest
 
-from llfsm_verify.report.panel import Moment, panel
+from llfsm_verify.report.panel import Snapshot, panel
 from llfsm_verify.report.plain import plain_text
 from llfsm_verify.runtime.live.run import Lateness
 from tests.cli.running import LIGHTS, llfsm
 
 LATE = Lateness(7, ((50.0, 1_500), (99.0, 20_000_000)), 20_500_000, 2, 0)
-NOW = Moment(
+NOW = Snapshot(
     "lights", 12, "running", 3.5, 36, 10.4, {"ns": "GREEN", "ew": "RED"}, {"car": True, "n": 3},
     {"safe": "violated", "live": "undecided", "fair": "undecided"}, LATE,
 )  # fmt: skip

@@ -13,7 +13,8 @@ from llfsm_verify.checking.verdict import Options
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.report.sarif.flows import MAX_STEPS
-from llfsm_verify.report.sarif.results import failure_sarif, result_sarif
+from llfsm_verify.report.sarif.results import failure_sarif
+from llfsm_verify.report.sarif.results import report as result_sarif
 from llfsm_verify.verification.verify import verify
 from tests.cli.running import COUNTER, FAULTY, llfsm
 from tests.report.results import ALL, BAD, LASSO, STRICT

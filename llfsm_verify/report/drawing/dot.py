@@ -55,9 +55,10 @@ def dot(graph: Graph) -> str:
     bars = _bars(graph) if graph.kind == "machine" else None
     if bars is None:
         graph = with_legend(graph)
+    spacing = "rankdir=TB nodesep=0.4 ranksep=0.6" if graph.kind == "machine" else "rankdir=LR nodesep=0.2 ranksep=0.8"
     lines = [
         f"digraph {_quoted(graph.title)} {{",
-        f"  graph [label={_quoted(graph.title)} labelloc=t fontname=Helvetica fontsize=13 {_spacing(graph)}];",
+        f"  graph [label={_quoted(graph.title)} labelloc=t fontname=Helvetica fontsize=13 {spacing}];",
         "  node [fontname=Helvetica fontsize=11 shape=box];",
         "  edge [fontname=Helvetica fontsize=10];",
     ]
@@ -81,10 +82,6 @@ def dot(graph: Graph) -> str:
     lines += [_edge(edge, free=edge.kind == "turn" and edge.source not in keys) for edge in graph.edges]
     lines += _beside(graph) if graph.kind == "machine" else ()
     return "\n".join([*lines, "}"]) + "\n"
-
-
-def _spacing(graph: Graph) -> str:
-    return "rankdir=TB nodesep=0.4 ranksep=0.6" if graph.kind == "machine" else "rankdir=LR nodesep=0.2 ranksep=0.8"
 
 
 def _beside(graph: Graph) -> Iterator[str]:

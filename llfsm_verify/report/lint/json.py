@@ -9,14 +9,13 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.fileformat import FORMAT
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.report.formats import Style
 from llfsm_verify.report.json import inputs_object, span_object, trace_object
 from llfsm_verify.report.lint.text import explain
 from llfsm_verify.report.sarif.flows import with_flows
 from llfsm_verify.report.sarif.results import diagnostic_result, notification, sarif_log
 
 
-def lint_json(result: LintResult) -> str:
+def report(result: LintResult, *_: object) -> str:
     """The whole result as one JSON object (schema `lint`), indented, without a final newline."""
     return json.dumps(lint_object(result), indent=2, ensure_ascii=False)
 
@@ -66,7 +65,7 @@ def _witness(witness: Witness) -> Json:
     }
 
 
-def lint_sarif(result: LintResult, arrangement: Arrangement) -> str:
+def report_sarif(result: LintResult, arrangement: Arrangement, *_: object) -> str:
     """A SARIF 2.1.0 log with one run: a result for each finding and each warning of the files.
 
     The run of a finding is its code flow, what a file accepts is suppressed, and what is unknown is of the kind `open`.
@@ -92,13 +91,3 @@ def lint_sarif(result: LintResult, arrangement: Arrangement) -> str:
         results.append(diagnostic_result(warning))
         rules.append(warning.code)
     return sarif_log(results, rules, notes, exit_code=result.exit_code, successful=True)
-
-
-def report(result: LintResult, _: Arrangement, __: Style) -> str:
-    """The report for programs, as `report.formats` knows it."""
-    return lint_json(result)
-
-
-def report_sarif(result: LintResult, arrangement: Arrangement, _: Style) -> str:
-    """The report for code hosts, as `report.formats` knows it."""
-    return lint_sarif(result, arrangement)

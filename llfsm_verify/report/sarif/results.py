@@ -13,7 +13,6 @@ from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.logic.properties import asked_text
 from llfsm_verify.report.codes import all_codes
-from llfsm_verify.report.formats import Style
 from llfsm_verify.report.sarif.flows import (
     ROOT,
     ending,
@@ -59,7 +58,7 @@ HELP = {
 }
 
 
-def result_sarif(result: Result, arrangement: Arrangement) -> str:
+def report(result: Result, arrangement: Arrangement, *_: object) -> str:
     """A log with one run: a result for each property violated, unknown or held vacuously, each fault, and each warning.
 
     These stand at the property's line, a fault at the line of the machine that raises it; each run is a code flow
@@ -266,8 +265,3 @@ def diagnostic_result(diagnostic: Diagnostic) -> dict[str, Json]:
 def _fingerprint(*parts: str) -> dict[str, Json]:
     """The same as long as all parts are, wherever the lines have moved."""
     return {"llfsm/v1": sha256("\0".join(parts).encode()).hexdigest()[:32]}
-
-
-def report(result: Result, arrangement: Arrangement, _: Style) -> str:
-    """The report for code hosts, as `report.formats` knows it."""
-    return result_sarif(result, arrangement)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterator
 
 from llfsm_verify.diagnostics import counted
-from llfsm_verify.runtime.debugging.commands import Answer, Given, Part, Table, parse
+from llfsm_verify.runtime.debugging.commands import Answer, ParsedCommand, Part, Table, parse
 from llfsm_verify.runtime.debugging.debugger import Went
 from llfsm_verify.runtime.debugging.paths import DebugError
 from llfsm_verify.runtime.debugging.session import MOST_SHOWN, helped
@@ -40,7 +40,7 @@ class Attached:
         given = parse(line)
         return Answer() if given is None else self._do(given)
 
-    def _do(self, given: Given) -> Answer:
+    def _do(self, given: ParsedCommand) -> Answer:
         number, words, name = given.number or 1, given.words, given.command.name
         match name:
             case "step":

@@ -40,8 +40,12 @@ class Answer:
 
 
 Takes = Literal["nothing", "count", "number", "number?", "formula", "word", "word?", "words?", "name value"]
-"""What comes after the name: a number of times (1), a number that must or may be there, a formula, words, or a name and
-a value, which may have `=` between them."""
+WORDS: Mapping[Takes, tuple[int, int]] = {
+    "nothing": (0, 0), "count": (0, 1), "number": (1, 1), "number?": (0, 1), "formula": (1, 1), "word": (1, 1),
+    "word?": (0, 1), "words?": (0, 1 << 30), "name value": (2, 2),
+}  # fmt: skip
+"""How many words come after the name, at least and at most. A formula counts as one, a count is 1 by default, and
+between a name and a value there may be `=`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +107,7 @@ MOST_COUNT = 10**12
 
 
 @dataclass(frozen=True, slots=True)
-class Given:
+class ParsedCommand:
     """A command with what it was given: a number where it takes one, words or a formula."""
 
     command: Command
@@ -111,7 +115,7 @@ class Given:
     words: tuple[str, ...] = ()
 
 
-def parse(line: str) -> Given | None:
+def parse(line: str) -> ParsedCommand | None:
     """The command in a line; None: an empty line, or a comment after ``#``. DebugError: it is none."""
     line = line.strip()
     if not line or line.startswith("#"):
@@ -121,29 +125,15 @@ def parse(line: str) -> Given | None:
     command = BY_NAME.get(name)
     if command is None:
         raise DebugError(f"there is no command `{name[:40]}`; `help` lists them")
-    words = tuple(rest.split())
-    match command.takes:
-        case "nothing" if not rest:
-            return Given(command)
-        case "count" if len(words) <= 1:
-            return Given(command, _number(words[0]) if words else 1)
-        case "number" if len(words) == 1:
-            return Given(command, _number(words[0], least=0))
-        case "number?" if len(words) <= 1:
-            return Given(command, _number(words[0]) if words else None)
-        case "formula" if rest:
-            return Given(command, words=(rest,))
-        case "word" if len(words) == 1:
-            return Given(command, words=words)
-        case "word?" if len(words) <= 1:
-            return Given(command, words=words)
-        case "words?":
-            return Given(command, words=words)
-        case "name value":
-            words = tuple(rest.replace("=", " ", 1).split())
-            if len(words) == 2:
-                return Given(command, words=words)
-    raise DebugError(f"this command is written `{command.usage}`: {command.about}")
+    takes = command.takes
+    words = (rest,) if takes == "formula" and rest else tuple(rest.replace("=", " ", takes == "name value").split())
+    least, most = WORDS[takes]
+    if not least <= len(words) <= most:
+        raise DebugError(f"this command is written `{command.usage}`: {command.about}")
+    if takes not in ("count", "number", "number?"):
+        return ParsedCommand(command, words=words)
+    number = _number(words[0], least=0 if takes == "number" else 1) if words else None
+    return ParsedCommand(command, 1 if takes == "count" and number is None else number)
 
 
 def _number(text: str, least: int = 1) -> int:

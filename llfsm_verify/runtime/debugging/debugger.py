@@ -27,7 +27,7 @@ MOST_ASKED = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
+class TakenStep:
     """A step of the run: what it was told, the record after it, the frame that it belongs to (of a recording), and how
     many cycles were complete after it."""
 
@@ -82,7 +82,7 @@ class Debugger:
         self.path = path(self.execution)
         self.most = most
         self.position = 0
-        self.history: list[Taken] = []
+        self.history: list[TakenStep] = []
         self.failed: Failed | None = None
         """What comes after the last step of the history, if that is known to fail."""
         self.breaks: dict[int, Watch] = {}
@@ -330,7 +330,7 @@ class Debugger:
                 "this is not a recording of this arrangement: the last step ended in a fault, and does not now"
             )
         cycles = self.cycles + (1 if given.move.process is not None and self._cycle(result.record) else 0)
-        self.history.append(Taken(given.move, result.record, given.frame, cycles))
+        self.history.append(TakenStep(given.move, result.record, given.frame, cycles))
         self.position += 1
         return None
 

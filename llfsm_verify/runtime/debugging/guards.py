@@ -8,7 +8,6 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.reference import Interpreter, Outcome
 from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.program.moves import Move
-from llfsm_verify.program.program import Choice
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.parts import PART, Part, Parts
 from llfsm_verify.values import Value, value_text
@@ -59,7 +58,7 @@ class Guards:
 
         Disagreement: the interpreter comes to another configuration.
         """
-        outcome = self._interpreter.step(values, outputs, move.process, lambda choice: _value(move, choice))
+        outcome = self._interpreter.step(values, outputs, move.process, lambda c: move.choices.get(c.name, c.type.low))
         failed = outcome.fault is not None or outcome.overflow
         if failed != (after is None) or (after is not None and outcome.values != after):
             raise Disagreement("the reference interpreter takes another step than the executor")
@@ -89,7 +88,3 @@ class Guards:
         if part.clock:
             return PartValue(part.text, f"{value} {self._unit}")
         return PartValue(part.text, value_text(part.type, part.labels, value))
-
-
-def _value(move: Move, choice: Choice) -> int:
-    return move.choices.get(choice.name, choice.type.low)

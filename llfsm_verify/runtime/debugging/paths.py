@@ -12,7 +12,7 @@ from llfsm_verify.checking.replay.confirm import Letter, Schedule, first_letter
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.kripke.observing import atoms_at
 from llfsm_verify.program.moves import Move
-from llfsm_verify.program.program import Choice, Expr, Get, Local, Program
+from llfsm_verify.program.program import Choice, Get, Local, Program
 from llfsm_verify.program.trees import nodes
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.loop import LiveCode
@@ -54,14 +54,11 @@ class Start:
             return first_letter(execution, Schedule(self.free, (), None))
         atoms = execution.program.atoms
         stored = {variable.name for variable in execution.program.vars if not variable.output}
-        if not all(_tells(node, stored) for atom in atoms for node in nodes(atom.expression)):
+        parts = [node for atom in atoms for node in nodes(atom.expression)]
+        if any(isinstance(n, Local) or (isinstance(n, Get) and n.var not in stored) for n in parts):
             return None
         values = execution.layout.decode(self.record(execution))
         return frozenset(name for name, holds in atoms_at(atoms, values, {}).items() if holds)
-
-
-def _tells(node: Expr, stored: set[str]) -> bool:
-    return not isinstance(node, Local) and not (isinstance(node, Get) and node.var not in stored)
 
 
 class DebugError(Exception):

@@ -9,7 +9,7 @@ from llfsm_verify.arrangement.model import ACTION_KINDS
 from llfsm_verify.diagnostics import DiagnosticError, counted, without_controls
 from llfsm_verify.language.scope import IMPLICIT_SUSPEND
 from llfsm_verify.registry import Registry
-from llfsm_verify.runtime.debugging.commands import BY_NAME, COMMANDS, Answer, Given, Part, Steps, Table, parse
+from llfsm_verify.runtime.debugging.commands import BY_NAME, COMMANDS, Answer, ParsedCommand, Part, Steps, Table, parse
 from llfsm_verify.runtime.debugging.debugger import Debugger, Went
 from llfsm_verify.runtime.debugging.guards import Evaluated
 from llfsm_verify.runtime.debugging.paths import DebugError, Free
@@ -43,7 +43,7 @@ class Session:
             hint = f" ({told.hint})" if told.hint else ""
             raise DebugError(without_controls(f"{told.message}{hint}")) from None
 
-    def _do(self, given: Given) -> Answer:
+    def _do(self, given: ParsedCommand) -> Answer:
         debugger, number, words = self.debugger, given.number or 1, given.words
         match given.command.name:
             case "step":

@@ -13,8 +13,6 @@ from collections.abc import Collection, Iterable, Sequence
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.claims import claim_of
 from llfsm_verify.checking.goals.goal import Goal
-from llfsm_verify.checking.goals.kinds import goals_of
-from llfsm_verify.checking.monitors import monitors_of
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Letter
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
@@ -22,7 +20,7 @@ from llfsm_verify.logic.bounds import TICK
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
 from llfsm_verify.runtime.deciding.letters import SlotLetters
-from llfsm_verify.runtime.deciding.recordings import Decided, Watch
+from llfsm_verify.runtime.deciding.recordings import Decided, Watch, watches_of
 from llfsm_verify.runtime.live import ABSENT, UNSEEN
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.slots import Slot
@@ -50,8 +48,7 @@ class FrameMonitors:
         self._inits = {i.name: i.init for i in program.inputs}
         self._by_cycle = program.observe == "cycle"
         self._alone = len(program.processes) == 1
-        monitors, reasons = monitors_of(problem)
-        self._watches = [Watched(g, monitors.get(g.line.name), reasons.get(g.line.name, "")) for g in goals_of(problem)]
+        self._watches = watches_of(problem, Watched)
         self._assumptions = [claim_of(line, problem.clock) for line in properties.assumptions]
         self._worldly = self._inits.keys()
         self._before: Sequence[int] | None = None

@@ -9,9 +9,10 @@ from llfsm_verify.checking.replay.confirm import Letter
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.kripke.observing import atoms_at
 from llfsm_verify.logic.bounds import TICK
-from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Atom, Choice, Const, Expr, Get, Int, Local, Program
+from llfsm_verify.program.program import Atom, Choice, Const, Expr, Get, Local, Program
 from llfsm_verify.program.trees import nodes
-from llfsm_verify.values import Value, element_names
+from llfsm_verify.runtime.live.slots import stored
+from llfsm_verify.values import Value
 
 INPUT = "input:"
 
@@ -20,7 +21,10 @@ class SlotLetters:
     """Makes the letters of a problem from the numbers of its slots."""
 
     def __init__(self, problem: Problem, program: Program) -> None:
-        self._scalars = _scalars(program)
+        self._scalars = {
+            choice.name: (var.name, None if var.length is None else number, choice)
+            for _, var, number, choice in stored(program)
+        }
         self.slots: dict[str, Choice] = {name: choice for name, (_, _, choice) in self._scalars.items()}
         """What can be known: inputs, variables and their elements, and the states of machines."""
         for choice in program.choices:
@@ -58,23 +62,6 @@ class SlotLetters:
             variables[variable] = tuple(values)
         true = {name for name, holds in atoms_at(self._atoms, variables, inputs).items() if holds}
         return frozenset(true | {TICK}) if ticks and self.timed else frozenset(true)
-
-
-def _scalars(program: Program) -> dict[str, tuple[str, int | None, Choice]]:
-    """The variable, the element and the values of each slot that is stored."""
-    found: dict[str, tuple[str, int | None, Choice]] = {}
-    states = {slot.state: program.machines[slot.machine] for slot in program.slots}
-    for var in program.vars:
-        names, labels = element_names(var), var.origin.labels
-        if var.name in states:
-            names, labels = (states[var.name].name,), states[var.name].states
-        elif var.output or var.origin.kind in ("control", "output"):
-            continue
-        kind = var.type if isinstance(var.type, Int) else Int(INT64_MIN, INT64_MAX)
-        for number, name in enumerate(names):
-            at = None if var.length is None else number
-            found[name] = (var.name, at, Choice(name, kind, "input", name, labels))
-    return found
 
 
 def _needed(

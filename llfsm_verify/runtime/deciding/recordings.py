@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeVar
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.claims import claim_of
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.monitors import monitors_of
-from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.replay.confirm import Letter, Schedule, atoms_of, first_letter
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
-from llfsm_verify.program.program import Expr, Local, Program
+from llfsm_verify.program.program import Local, Program
 from llfsm_verify.program.trees import nodes
 from llfsm_verify.runtime.live.frame import STEPS
 from llfsm_verify.runtime.live.loop import LiveCode
@@ -55,8 +55,7 @@ def check(arrangement: Arrangement, properties: PropertySet, recording: Recordin
     program = problem.program(keep_all_bits=True)
     code = code_of(recording, arrangement)
     free = free_of(recording, code.program)
-    monitors, reasons = monitors_of(problem)
-    watches = [Watch(goal, monitors.get(goal.line.name), reasons.get(goal.line.name, "")) for goal in goals_of(problem)]
+    watches = watches_of(problem, Watch)
     run = _Performed(program, code, tuple(free.items()), goes_on=recording.goes_on)
     ended = run.run(performed(recording, code), watches)
     if ended and any(watch.verdict == "undecided" for watch in watches):
@@ -64,7 +63,8 @@ def check(arrangement: Arrangement, properties: PropertySet, recording: Recordin
         run.run(performed(recording, code), ())  # once more: most recordings do not need their letters
         stem, loop = run.letters[:-1], run.letters[-1:]
         assumed = all(claim_of(p, problem.clock).true_on(stem, loop) for p in properties.assumptions)
-        worldly = {atom.name for atom in program.atoms if any(map(_is_input, nodes(atom.expression)))}
+        parts = ((atom.name, node) for atom in program.atoms for node in nodes(atom.expression))
+        worldly = {name for name, node in parts if isinstance(node, Local) and node.name.startswith("input:")}
         given = {name for p in properties.assumptions for name in p.atoms}
         for watch in watches:
             if worldly & {*watch.goal.atoms, *given}:
@@ -114,6 +114,15 @@ class Watch:
             open_end = "no finite part of a run decides it"
         reason = self.reason or open_end if self.verdict == "undecided" else ""
         return Decided(self.goal.line, self.verdict, step, frame, reason)
+
+
+W = TypeVar("W", bound=Watch)
+
+
+def watches_of(problem: Problem, kind: type[W]) -> list[W]:
+    """The properties of a problem, of which nothing is known so far."""
+    monitors, reasons = monitors_of(problem)
+    return [kind(goal, monitors.get(goal.line.name), reasons.get(goal.line.name, "")) for goal in goals_of(problem)]
 
 
 class _Performed:
@@ -170,7 +179,3 @@ class _Performed:
             self.letters.append(letter)
         for watch in watches:
             watch.read(letter, step, frame)
-
-
-def _is_input(node: Expr) -> bool:
-    return isinstance(node, Local) and node.name.startswith("input:")

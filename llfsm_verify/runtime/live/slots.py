@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from llfsm_verify.backends.native.layout import WORD_BITS, Layout
-from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Choice, Int, Program
+from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Choice, Int, Program, Var
 from llfsm_verify.runtime.live.frame import FrameLayout
 from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.values import Shown, element_names, showing
@@ -39,10 +40,7 @@ class Slot:
 
     def number(self, frame: Sequence[int]) -> int:
         """The value in a frame as a number, as programs have it."""
-        return self._number(frame[self.word])
-
-    def _number(self, word: int) -> int:
-        number = (word >> self.shift & (1 << self.bits) - 1) + self.offset
+        number = (frame[self.word] >> self.shift & (1 << self.bits) - 1) + self.offset
         return number - (1 << WORD_BITS) if number > self.high else number
 
     def reader(self) -> Callable[[int], Shown]:
@@ -73,23 +71,38 @@ def slots_of(code: LiveCode) -> tuple[Slot, ...]:
     return tuple(found)
 
 
-def program_slots(program: Program, layout: Layout, frames: FrameLayout) -> tuple[Slot, ...]:
-    """States of machines, variables (elements of arrays one by one), inputs."""
-    found: list[Slot] = []
+class Stored(NamedTuple):
+    """A slot that the program stores: its kind (as of `Slot`), the variable, which element of it, and its values."""
+
+    kind: str
+    var: Var
+    number: int
+    choice: Choice
+
+
+def stored(program: Program) -> Iterator[Stored]:
+    """States of machines, and variables, elements of arrays one by one."""
     states = {slot.state: program.machines[slot.machine] for slot in program.slots}
     for var in program.vars:
-        kind: str = var.origin.kind
+        kind: str = "machine" if var.origin.kind == "state" else var.origin.kind
         labels, names = var.origin.labels, element_names(var)
         if var.name in states:
             kind, labels, names = STATE, states[var.name].states, (states[var.name].name,)
         elif var.output or kind in ("control", "output"):
             continue
-        field, of = layout.fields[var.name], var.type if isinstance(var.type, Int) else Int(INT64_MIN, INT64_MAX)
+        of = var.type if isinstance(var.type, Int) else Int(INT64_MIN, INT64_MAX)
         for number, name in enumerate(names):
-            word, shift = field.place(number)
-            where = (frames.record + word, shift, field.bits, field.low)
-            shown_kind = "machine" if kind == "state" and var.name not in states else kind
-            found.append(Slot(name, shown_kind, *where, of.low, of.high, of.boolean, of.digits, labels))
+            yield Stored(kind, var, number, Choice(name, of, "input", name, labels))
+
+
+def program_slots(program: Program, layout: Layout, frames: FrameLayout) -> tuple[Slot, ...]:
+    """What the program stores, and inputs."""
+    found: list[Slot] = []
+    for kind, var, number, choice in stored(program):
+        field, of = layout.fields[var.name], choice.type
+        word, shift = field.place(number)
+        where = (frames.record + word, shift, field.bits, field.low)
+        found.append(Slot(choice.name, kind, *where, of.low, of.high, of.boolean, of.digits, choice.labels))
     known = {slot.name for slot in found}
     for number, choice in enumerate(program.choices):
         if choice.input and choice.input not in known:

@@ -9,7 +9,7 @@ from decimal import Decimal
 
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.ports import UNKNOWN
-from llfsm_verify.runtime.ports.port import Link, Port, Start, Started, Unopened
+from llfsm_verify.runtime.ports.port import Kind, Link, Port, Start, Started, Unopened
 from llfsm_verify.values import Shown
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, mark
@@ -19,22 +19,14 @@ Function = Callable[[Mapping[str, Shown]], Mapping[str, Json | Decimal] | None]
 """Gets the outputs by field, and returns values of some of its inputs by field, or None."""
 
 
-class CallbackPort:
+class CallbackPort(Port):
     """Calls a function for each frame that is seen, on the thread that serves ports."""
 
     every_frame = True
-    flushed = True
 
     def __init__(self, link: Link, function: Callable[[Mapping[str, Shown]], object]) -> None:
         self._link = link
         self._function = function
-
-    def waits(self) -> tuple[()]:
-        """See `Port`."""
-        return ()
-
-    def serve(self, ready: Mapping[int, int], now: float) -> None:
-        """See `Port`."""
 
     def send(self, values: Mapping[str, Shown]) -> None:
         """See `Port`."""
@@ -52,9 +44,6 @@ class CallbackPort:
         else:
             self._link.malformed(f"the function has returned neither a mapping nor None, but {type(given).__name__}")
 
-    def close(self) -> None:
-        """See `Port`."""
-
 
 def callback(function: Function) -> Start:
     """What starts a port of a function."""
@@ -65,7 +54,7 @@ def callback(function: Function) -> Start:
     return start
 
 
-class Callback:
+class Callback(Kind):
     """`call: module:function`; the module may stand beside the file of ports."""
 
     table = Table(
@@ -91,10 +80,6 @@ class Callback:
             return CallbackPort(link, _function(module, attribute, folder))
 
         return Started(start)
-
-    def field_problem(self, name: str, *, output: bool) -> str | None:  # noqa: ARG002 - any text is a key
-        """See `Kind`."""
-        return None
 
 
 def _function(module: str, attribute: str, folder: str) -> Function:

@@ -27,6 +27,8 @@ class End(Protocol):
 
     retry: float
     """Seconds between two attempts to open it again."""
+    returns: bool
+    """Whether the other side may come back."""
 
     def open(self) -> int | None:
         """A descriptor; None: it cannot be opened yet. Unopened: it never can."""
@@ -34,15 +36,12 @@ class End(Protocol):
     def renew(self, descriptor: int) -> int | None:
         """The other side is gone: give the descriptor back, for another one if there is one at once."""
 
-    @property
-    def returns(self) -> bool:
-        """Whether the other side may come back."""
-
     def close(self) -> None:
         """Give back what is not the descriptor."""
+        return
 
 
-class Inherited:
+class Inherited(End):
     """A descriptor of this process. It belongs to others as well, so its flags stay as they are; a write to it is of
     PIPE_BUF bytes at most, which a pipe that `poll` calls writable takes without waiting (pipe(7)).
     """
@@ -66,11 +65,8 @@ class Inherited:
         os.close(descriptor)
         return None
 
-    def close(self) -> None:
-        """See `End`."""
 
-
-class Named:
+class Named(End):
     """A pipe, device or file with a name. Only of a pipe can the other side come back."""
 
     retry = 0.0
@@ -107,9 +103,6 @@ class Named:
             return None
         finally:
             os.close(descriptor)
-
-    def close(self) -> None:
-        """See `End`."""
 
 
 MOST_BYTES = 1 << 16

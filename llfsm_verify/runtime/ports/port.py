@@ -58,26 +58,31 @@ class Link(Protocol):
 
 
 class Port(Protocol):
-    """A port that is open. No call may wait for the other side."""
+    """A port that is open. No call may wait for the other side. A class may inherit what it has nothing to do for."""
 
     every_frame: bool
     """Whether `send` is called for each frame that is seen, and not only where a value has changed."""
 
     def waits(self) -> Iterable[tuple[int, int]]:
         """The descriptors to watch, with the events of `select.poll`."""
+        return ()
 
-    def serve(self, ready: Mapping[int, int], now: float) -> None:
+    def serve(self, ready: Mapping[int, int], now: float) -> None:  # noqa: ARG002 - a kind may need none
         """Move what can be moved; `ready` has the events of its descriptors, `now` is in seconds."""
+        return
 
-    def send(self, values: Mapping[str, Shown]) -> None:
+    def send(self, values: Mapping[str, Shown]) -> None:  # noqa: ARG002 - a kind may need none
         """The newest values of all its outputs by field. They take the place of a message that is not sent yet."""
+        return
 
     @property
     def flushed(self) -> bool:
         """Whether nothing is left to send."""
+        return True
 
     def close(self) -> None:
         """Give everything back."""
+        return
 
 
 Start = Callable[[Link], Port]
@@ -128,8 +133,9 @@ class Kind(Protocol):
         `folder`: that of the file, in which paths begin.
         """
 
-    def field_problem(self, name: str, *, output: bool) -> str | None:
+    def field_problem(self, name: str, *, output: bool) -> str | None:  # noqa: ARG002 - any name fits most kinds
         """Why there can be no field of this name."""
+        return None
 
 
 PORTS: Registry[Kind] = Registry(

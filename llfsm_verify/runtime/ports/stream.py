@@ -8,13 +8,13 @@ from pathlib import Path
 
 from llfsm_verify.runtime.ports import UNKNOWN
 from llfsm_verify.runtime.ports.line_port import STANDARD, End, Inherited, LinePort, Named
-from llfsm_verify.runtime.ports.port import Link, Started
+from llfsm_verify.runtime.ports.port import Kind, Link, Started
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, mark
 from llfsm_verify.yaml.tables import NUMBER, Field, Table
 
 
-class Stream:
+class Stream(Kind):
     """`read:` and `write:`, each a path, a number of a descriptor, or a word of `STANDARD`."""
 
     table = Table(
@@ -61,10 +61,6 @@ class Stream:
             return LinePort(link, ends.get("read"), ends.get("write"))
 
         return Started(start, tuple(_words(at, key) for key, at in places.items()))
-
-    def field_problem(self, name: str, *, output: bool) -> str | None:  # noqa: ARG002 - a key of JSON is any text
-        """See `Kind`."""
-        return None
 
 
 def _place(text: str, folder: str) -> int | str:

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from decimal import Decimal
 
 from llfsm_verify.runtime.ports import UNKNOWN
-from llfsm_verify.runtime.ports.port import Link, Started
+from llfsm_verify.runtime.ports.port import Kind, Link, Port, Started
 from llfsm_verify.runtime.whiteboard.client import Whiteboard, WhiteboardError, called
 from llfsm_verify.runtime.whiteboard.places import NoPlace, socket_path
 from llfsm_verify.values import Shown
@@ -23,11 +23,10 @@ RETRY = 1.0
 """Seconds between two calls of a server who is not there."""
 
 
-class BoardPort:
+class BoardPort(Port):
     """Reads the newest frame of a whiteboard whenever it is served: all its values are of one moment."""
 
     every_frame = False
-    flushed = True
 
     def __init__(self, link: Link, name: str) -> None:
         self._link = link
@@ -78,9 +77,6 @@ class BoardPort:
         if board.is_gone:
             raise WhiteboardError(f"the server of `{self._name}` is gone")
 
-    def send(self, values: Mapping[str, Shown]) -> None:
-        """See `Port`: there are no outputs."""
-
     def close(self) -> None:
         """See `Port`."""
         for one in (self._calling, self._board):
@@ -93,7 +89,7 @@ def _told(value: Shown) -> bool | int | str:
     return str(value) if isinstance(value, Decimal) else value
 
 
-class Board:
+class Board(Kind):
     """`whiteboard:`, the name that the other run is given by ``--whiteboard``."""
 
     table = Table(
@@ -127,10 +123,6 @@ class Board:
             report.error(UNKNOWN, str(problem), mark(scalar), "write the name that the other run has by `--whiteboard`")
             return None
         return Started(lambda link: BoardPort(link, name))
-
-    def field_problem(self, name: str, *, output: bool) -> str | None:  # noqa: ARG002 - which slots there are is known later
-        """See `Kind`."""
-        return None
 
 
 KIND = Board()

@@ -300,12 +300,10 @@ class Recording:
             self.damaged = "the end of the file is missing"
         elif last is None or not last.frame[ENDING]:
             self._say_why_it_ends(frame, check)
-        elif self.has_checksums and not self._is_written and self._closed != OPEN and self._has_more():
-            self.damaged = "something was appended to it"
-
-    def _has_more(self) -> bool:
-        """Whether anything but zeros, which may have been reserved, comes after the last frame."""
-        return any(any(data) for data in iter(lambda: self._file.read(WINDOW), b""))
+        elif self.has_checksums and not self._is_written and self._closed != OPEN:
+            # Zeros after the last frame may have been reserved.
+            if any(any(data) for data in iter(lambda: self._file.read(WINDOW), b"")):
+                self.damaged = "something was appended to it"
 
     def _say_why_it_ends(self, frame: list[int], check: int | None) -> None:
         """Without a last frame. A file that nobody closed still has what was reserved for it, in whole pages, and a

@@ -149,7 +149,6 @@ class _Watch:
     """The program and its monitors in machine code."""
 
     def __init__(self, text: str, quick: bool) -> None:
-        self.quick = quick
         self._code = MachineCode(lambda: text, "quick" if quick else "thorough")
         i32, i64, pointer = ctypes.c_int32, ctypes.c_int64, ctypes.c_void_p
         watch = ctypes.CFUNCTYPE(i64, pointer, i64, pointer, pointer, pointer)

@@ -141,7 +141,8 @@ class RandomRun:
             number += 1
             process = self._random.choice(enabled)
             self._set(len(self.before) + number, process)
-            step = self._take(self._drawn_move(process))
+            choices = self._choices(self._drawn, self._random) | self._choices(self._others, self._beside)
+            step = self._take(Move(process, choices))
             yield step
             if self.fault is not None or self.overflowed:
                 return
@@ -154,15 +155,13 @@ class RandomRun:
             self._inputs.update(self._script.times[self._waiting.pop(0)])
         self._inputs.update(self._script.steps.get(number, {}))
 
-    def _drawn_move(self, process: int) -> Move:
-        return Move(process, self._choices(self._drawn, self._random) | self._choices(self._others, self._beside))
-
     def _take(self, move: Move, *, complete: bool = False) -> TraceStep:
         """Take a step. Misfit: it reads a choice that the move does not give, which shall be `complete`."""
         program, before = self._execution.program, self._record
         result = self._execution.step(before, move)
-        if complete:
-            _refuse_missing(program, move, [number for number, _ in result.samples[: result.read]])
+        for name in [program.choices[number].name for number, _ in result.samples[: result.read]] if complete else ():
+            if name not in move.choices:
+                raise Misfit(f"a step reads `{name}`, which the run does not give", name)
         step = self._execution.describe(before, move, result, ())
         read = {program.choices[number].name for number, _ in result.samples}
         self.move = Move(move.process, {name: value for name, value in move.choices.items() if name in read})
@@ -183,13 +182,6 @@ class RandomRun:
         texts = {c.name: self._inputs.get(c.source) if c.kind != "age" else None for c in choices}
         drawn = self._draws.next([c for c in choices if texts[c.name] is None], source)
         return {c.name: drawn[c.name] if (text := texts[c.name]) is None else choice_value(c, text) for c in choices}
-
-
-def _refuse_missing(program: Program, move: Move, read: Sequence[int]) -> None:
-    """Misfit: one of these choices, by number, is not given."""
-    for name in (program.choices[number].name for number in read):
-        if name not in move.choices:
-            raise Misfit(f"a step reads `{name}`, which the run does not give", name)
 
 
 def input_problem(program: Program, inputs: Mapping[str, str], *, later: bool = False) -> str | None:

@@ -45,7 +45,7 @@ Made = tuple[Draft, Arrangement, Loop]
 """What was read, the arrangement as it runs, and a loop at its beginning."""
 
 
-class _Asked:
+class _PendingChange:
     """A machine or a policy that is on its way into the run: on a thread it is read and compiled."""
 
     def __init__(self, loaded: Loaded, answer: Answer, make: Callable[[], Made], check: Check | None) -> None:
@@ -114,7 +114,7 @@ class _Asked:
 class _Next(NamedTuple):
     """A run that waits to go on."""
 
-    asked: _Asked
+    asked: _PendingChange
     draft: Draft
     arrangement: Arrangement
     shared: Shared
@@ -138,7 +138,7 @@ class SwappableRun:
         self._loaded: tuple[Loaded, ...] = ()
         self._earlier: tuple[tuple[Draft, str | None], ...] = ()
         """What ran before, with the machine that was replaced then."""
-        self._asked: _Asked | None = None
+        self._asked: _PendingChange | None = None
         self._given_up: list[threading.Thread] = []
         """They make what is not waited for any more."""
         self._next: _Next | None = None
@@ -212,7 +212,7 @@ class SwappableRun:
 
         check = None if unchecked else self._check(loaded, before, draft)  # forked before there is a thread
         try:
-            self._asked = _Asked(loaded, answer, make, check)
+            self._asked = _PendingChange(loaded, answer, make, check)
         except RuntimeError:  # there is no room for another thread
             if check is not None:
                 check.close()
@@ -268,7 +268,7 @@ class SwappableRun:
             self._given_up = [thread for thread in (*self._given_up, asked.thread) if thread.is_alive()]
             asked.answer(why, notes)
 
-    def _fork_next(self, asked: _Asked) -> None:
+    def _fork_next(self, asked: _PendingChange) -> None:
         """The next run is made: let its processes wait, and the one under way pause."""
         asked.join()
         if asked.made is None or asked.refused is not None:
@@ -329,7 +329,9 @@ class SwappableRun:
         assert self._draft is not None
         self._earlier = (*self._earlier, (self._draft, following.asked.loaded.machine))
         self._draft, self.arrangement = following.draft, following.arrangement
-        self._remember(self._run.report)
+        report = self._run.report
+        self._unrecorded = self._unrecorded or report.unrecorded
+        self._missing += report.frames - report.recorded
         before, left = self.shared, self._left
         # What fails from here on leaves the run that goes on to `close`.
         self.shared, self._run, self._left = following.shared, following.run, following.left
@@ -340,10 +342,6 @@ class SwappableRun:
             following.shared.posts.adopt(before.posts)  # with what was posted since the pause
             for follow in self._followers:
                 follow(following.shared)
-
-    def _remember(self, report: RunReport) -> None:
-        self._unrecorded = self._unrecorded or report.unrecorded
-        self._missing += report.frames - report.recorded
 
     def close(self) -> None:
         """End what still runs: something went wrong."""

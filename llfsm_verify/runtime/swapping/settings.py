@@ -119,7 +119,11 @@ class RunSettings:
         if self.record is None:
             return None
         path = Path(self.record)
-        free = {v.name: _value(loop, v.name) for v in loop.code.program.vars if v.free and isinstance(v.type, Int)}
+        free = {
+            v.name: loop.code.layout.get(loop.record, v.name)
+            for v in loop.code.program.vars
+            if v.free and isinstance(v.type, Int)
+        }
         header = self.header(arrangement, loaded, free, simulated=self.simulated)
         return Recorder(path if not loaded else path.with_name(f"{path.name}.{len(loaded) + 1}"), header, loop)
 
@@ -139,7 +143,3 @@ class RunSettings:
             properties=self.property_texts, syntax=self.syntax, digest=self.digest,
             loaded=[[*one.change, one.unchecked] for one in loaded],
         )  # fmt: skip
-
-
-def _value(loop: Loop, name: str) -> int:
-    return loop.code.layout.get(loop.record, name)

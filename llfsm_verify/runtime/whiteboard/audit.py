@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import BinaryIO
 
@@ -138,7 +139,7 @@ def verify(path: str | Path) -> Verified:
 
 def _read(file: BinaryIO, path: str | Path) -> Verified:
     last, number, is_open = NOTHING, 0, False
-    for number, line in enumerate(_lines(file), 1):
+    for number, line in enumerate(iter(partial(file.readline, MOST_LINE), b""), 1):
         try:
             entry = json.loads(line)
             before, what = entry["after"], entry["what"]
@@ -151,11 +152,6 @@ def _read(file: BinaryIO, path: str | Path) -> Verified:
             raise _changed(path, number, "it has no end")
         last, is_open = _hash(line), what != ENDED
     return Verified(number, last, is_open)
-
-
-def _lines(file: BinaryIO) -> Iterator[bytes]:
-    while line := file.readline(MOST_LINE):
-        yield line
 
 
 def seal_of(path: str | Path) -> str:

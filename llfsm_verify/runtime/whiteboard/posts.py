@@ -80,13 +80,6 @@ class Writers:
         """Where the loop copies a lent segment to."""
         return self._copies[self._segments.index(segment)]
 
-    def newest_of(self, segment: Segment) -> Sequence[int]:
-        """The newest frame of a lent segment. It is looked at once, since its writer can write anything there and
-        leave it; where it is not whole, it is what the loop has read last.
-        """
-        number = segment.latest
-        return (segment.frame(number) if number else None) or [*self.copy_of(segment)]
-
     @property
     def nothing(self) -> int:
         """The address of a word that is 0."""
@@ -286,10 +279,13 @@ class Posts:
             return None
         word, _ = self._inputs[name]
         with self._lock:
-            segment = self._lent.get(name)
-            lent = None if segment is None else self._writers.newest_of(segment)
-            if lent is not None and lent[word + 1]:
-                return lent[word]
+            if (segment := self._lent.get(name)) is not None:
+                # It is looked at once, since its writer can write anything there and leave it. Where the newest frame
+                # is not whole, that counts which the loop has read last.
+                number = segment.latest
+                lent = (segment.frame(number) if number else None) or [*self._writers.copy_of(segment)]
+                if lent[word + 1]:
+                    return lent[word]
             return self._frame[word] if self._frame[word + 1] else None
 
     def _publish(self) -> None:

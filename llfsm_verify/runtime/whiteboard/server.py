@@ -92,7 +92,7 @@ class Changing(Protocol):
         """
 
 
-class Taken(Exception):
+class NameTaken(Exception):
     """Another process serves a whiteboard of this name, or the socket cannot be made."""
 
 
@@ -100,7 +100,7 @@ class Server:
     """Serves a whiteboard of this name for the frames of a loop, whenever `serve` is called.
 
     `refused` is told of each request that is not granted, and `audit` of these and of all that changes something, as
-    far as it can be; `fed`: inputs that something else writes. Taken: the name is
+    far as it can be; `fed`: inputs that something else writes. NameTaken: the name is
     in use. NoPlace: see `places`.
     """
 
@@ -221,11 +221,11 @@ class Server:
                 except OSError as error:
                     if error.errno != errno.EADDRINUSE or attempt or _answers(str(self._path)):
                         why = "it is in use" if error.errno == errno.EADDRINUSE else error.strerror
-                        raise Taken(f"the whiteboard `{self._name}` cannot be served: {why}") from None
+                        raise NameTaken(f"the whiteboard `{self._name}` cannot be served: {why}") from None
                     try:
                         self._path.unlink(missing_ok=True)  # of a process that was killed
                     except OSError as problem:
-                        raise Taken(f"{self._path} is in the way, and stays: {problem.strerror}") from None
+                        raise NameTaken(f"{self._path} is in the way, and stays: {problem.strerror}") from None
             remove_old(self._path)
             self._admit()
             listening.listen(WAITING_CALLS)

@@ -36,7 +36,7 @@ from llfsm_verify.runtime.whiteboard.connections import CONNECTIONS, PIECES, SUB
 from llfsm_verify.runtime.whiteboard.permissions import COMMANDS, OWN, READS, Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace, names, socket_path
 from llfsm_verify.runtime.whiteboard.posts import LENT, Refused
-from llfsm_verify.runtime.whiteboard.server import CALLS, FEW, KEPT_BYTES, STRANGERS, Server, Taken
+from llfsm_verify.runtime.whiteboard.server import CALLS, FEW, KEPT_BYTES, STRANGERS, NameTaken, Server
 from llfsm_verify.runtime.whiteboard.shared import Shared, wake_path
 from tests.runtime.live.runs import code_of
 from tests.runtime.whiteboard.test_server import OPERATED, Raw, boards, served, tidy  # noqa: F401 - fixtures
@@ -611,7 +611,7 @@ def test_a_path_that_is_too_long(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 def test_a_folder_in_the_way() -> None:
     socket_path("board").mkdir()
-    with pytest.raises(Taken, match=r"board\.whiteboard is in the way, and stays: Is a directory"), standing(PLAIN):
+    with pytest.raises(NameTaken, match=r"board\.whiteboard is in the way, and stays: Is a directory"), standing(PLAIN):
         pass
     socket_path("board").rmdir()
 

@@ -39,7 +39,7 @@ from llfsm_verify.runtime.whiteboard.connections import CONNECTIONS, PIECE
 from llfsm_verify.runtime.whiteboard.permissions import Permissions, user_name
 from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST, NoPlace, names, socket_path
 from llfsm_verify.runtime.whiteboard.segment import Attached, Lent, NoSegment, Segment
-from llfsm_verify.runtime.whiteboard.server import MOST_REFUSALS, MOST_WAKES, Server, Taken
+from llfsm_verify.runtime.whiteboard.server import MOST_REFUSALS, MOST_WAKES, NameTaken, Server
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.values import elements
@@ -336,7 +336,7 @@ def test_requests_that_are_none() -> None:
 def test_two_of_one_name() -> None:
     with served(load_arrangement(LIGHTS)):
         loop = Loop(code_of(load_arrangement(LIGHTS)))
-        with closing(Shared("board", loop)) as shared, pytest.raises(Taken, match="in use"):
+        with closing(Shared("board", loop)) as shared, pytest.raises(NameTaken, match="in use"):
             Server("board", shared, Permissions())
         assert names() == ["board"]
 

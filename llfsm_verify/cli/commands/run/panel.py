@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import TextIO, cast
 
 from llfsm_verify.cli.io.unhurried import Unhurried
-from llfsm_verify.report.panel import Moment, panel
+from llfsm_verify.report.panel import Snapshot, panel
 from llfsm_verify.runtime.live.frame import CYCLE, ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.run import lateness
 from llfsm_verify.runtime.live.slots import STATE, VERDICT, slots_of
@@ -72,7 +72,7 @@ class Pictures:
         of = {kind: {s.name: values[s.name] for s in self._slots if s.kind == kind} for kind in (STATE, VERDICT)}
         others = {s.name: values[s.name] for s in self._slots if s.kind not in of}
         verdicts = {name.removeprefix("verdict(").removesuffix(")"): value for name, value in of[VERDICT].items()}
-        moment = Moment(
+        moment = Snapshot(
             self._name, frame[NUMBER], ENDINGS[frame[ENDING]], float(frame[CYCLE] * self._cycle / 1000), frame[STEPS],
             rate, of[STATE], others, verdicts, lateness(self._shared.loop),
         )  # fmt: skip

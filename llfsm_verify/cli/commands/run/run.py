@@ -44,7 +44,7 @@ from llfsm_verify.runtime.stepping.drawing import DrawingError
 from llfsm_verify.runtime.swapping.settings import RunSettings
 from llfsm_verify.runtime.whiteboard.audit import ENDED, AuditLog, seal_of
 from llfsm_verify.runtime.whiteboard.places import NoPlace
-from llfsm_verify.runtime.whiteboard.server import Taken
+from llfsm_verify.runtime.whiteboard.server import NameTaken
 
 VIOLATED, UNKNOWN = 1, 4
 MOST_SAID = 300
@@ -221,7 +221,7 @@ def _launched(ready: Launch, audit: AuditLog | None, *, swaps: bool) -> Iterator
     try:
         with launched(ready, audit=audit, refused=_say_refused, swaps=swaps) as done:
             yield done
-    except (Taken, NoPlace) as problem:
+    except (NameTaken, NoPlace) as problem:
         raise DiagnosticError([Diagnostic(UNSERVED, str(problem), hint="give another name to --whiteboard")]) from None
 
 

@@ -8,8 +8,6 @@ from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.claims import claim_of
-from llfsm_verify.checking.goals.kinds import goals_of
-from llfsm_verify.checking.monitors import monitors_of
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Letter
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
@@ -18,7 +16,7 @@ from llfsm_verify.runtime.deciding.letters import SlotLetters
 from llfsm_verify.runtime.deciding.logs import NOT_GIVEN, UNKNOWN, UNREADABLE
 from llfsm_verify.runtime.deciding.logs.formats import LOGS, NoColumn, Row, Unreadable, Wanted
 from llfsm_verify.runtime.deciding.logs.mapping import LogMapping, read_mapping
-from llfsm_verify.runtime.deciding.recordings import Decided, Watch
+from llfsm_verify.runtime.deciding.recordings import Decided, Watch, watches_of
 from llfsm_verify.values import ValueProblem
 
 _KEPT = 1 << 16
@@ -65,8 +63,7 @@ def check_log(
             why = error.strerror or "input/output error"
             raise DiagnosticError(Diagnostic(UNREADABLE, f"the log cannot be read: {why}", file=path)) from None
 
-    monitors, reasons = monitors_of(problem)
-    watches = [Watch(g, monitors.get(g.line.name), reasons.get(g.line.name, "")) for g in goals_of(problem)]
+    watches = watches_of(problem, Watch)
     times: dict[int, str] = {}
     count, whole, open_end = 0, True, "the log ends there, and the mapping does not say `ended: true`"
     for count, row in enumerate(rows(), 1):
