@@ -113,7 +113,7 @@ class LintReport(Readable):
         return f"<LintReport of {self.wrapped.arrangement}: {len(self)} findings, {len(self.open)} open questions>"
 
     def _shown(self) -> Iterator[RenderableType]:
-        from llfsm_verify.report.lint.text import lint_text
+        from llfsm_verify.report.lint import lint_text
 
         return lint_text(self.wrapped)
 
@@ -134,7 +134,7 @@ class LintReport(Readable):
 
     def to_dict(self) -> dict[str, Json]:
         """The JSON report (schema `lint`) as dictionaries and lists."""
-        from llfsm_verify.report.lint.json import lint_object
+        from llfsm_verify.report.lint import lint_object
 
         return lint_object(self.wrapped)
 

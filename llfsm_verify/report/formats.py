@@ -98,9 +98,9 @@ REPORTS = Reports(
     lint=Registry(
         "report format",
         [
-            ReportEntry("text", "llfsm_verify.report.lint.text:report", "for people"),
-            ReportEntry("json", "llfsm_verify.report.lint.json:report", "one object, schema `lint`"),
-            ReportEntry("sarif", "llfsm_verify.report.lint.json:report_sarif", "SARIF 2.1.0, for code hosts"),
+            ReportEntry("text", "llfsm_verify.report.lint:report", "for people"),
+            ReportEntry("json", "llfsm_verify.report.lint:report_json", "one object, schema `lint`"),
+            ReportEntry("sarif", "llfsm_verify.report.lint:report_sarif", "SARIF 2.1.0, for code hosts"),
         ],
         f"{GROUPS}.lint",
     ),

@@ -12,12 +12,11 @@ from llfsm_verify.analysis.lint.finding import Finding, LintResult, OpenQuestion
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
 from llfsm_verify.kripke.labels.sizes import InputNote
+from llfsm_verify.report import lint as reports
 from llfsm_verify.report.formats import Style
-from llfsm_verify.report.lint import json as programs
-from llfsm_verify.report.lint import text as people
-from llfsm_verify.report.lint.json import report as lint_json
-from llfsm_verify.report.lint.json import report_sarif as lint_sarif
-from llfsm_verify.report.lint.text import MOST_OPEN, lint_text
+from llfsm_verify.report.lint import MOST_OPEN, lint_text
+from llfsm_verify.report.lint import report_json as lint_json
+from llfsm_verify.report.lint import report_sarif as lint_sarif
 from llfsm_verify.report.schema import load
 from tests.cli.running import LIGHTS
 from tests.report.results import PATH as TRACE
@@ -116,9 +115,9 @@ def test_colours_tell_what_a_finding_is() -> None:
 
 def test_runs_are_shown_when_they_are_asked_for() -> None:
     more = len([*lint_text(RESULT, traces=True)]) - len([*lint_text(RESULT)])
-    assert more == len([*people.run_text(TRACE)]) > 0
+    assert more == len([*reports.run_text(TRACE)]) > 0
     style = Style(traces=True, suppressed=True)
-    reported = [*people.report(RESULT, ARRANGEMENT, style)]
+    reported = [*reports.report(RESULT, ARRANGEMENT, style)]
     assert len(reported) == len([*lint_text(RESULT, traces=True, suppressed=True)])
 
 
@@ -140,7 +139,7 @@ def test_of_many_open_questions_the_first_are_listed(more: int) -> None:
 
 def test_findings_as_json() -> None:
     text = lint_json(RESULT)
-    assert programs.report(RESULT, ARRANGEMENT, Style()) == text
+    assert reports.report_json(RESULT, ARRANGEMENT, Style()) == text
     value = json.loads(text)
     jsonschema.validate(value, load("lint"))
     assert text == json.dumps(value, indent=2, ensure_ascii=False) and "löst" in text
@@ -191,7 +190,7 @@ def test_findings_as_json() -> None:
 def test_findings_as_sarif() -> None:
     arrangement = replace(ARRANGEMENT, warnings=(Diagnostic("W002", "always true", ONE),))
     text = lint_sarif(RESULT, arrangement)
-    assert programs.report_sarif(RESULT, arrangement, Style()) == text
+    assert reports.report_sarif(RESULT, arrangement, Style()) == text
     (run,) = json.loads(text)["runs"]
     results = run["results"]
     assert [(r["ruleId"], r.get("level"), r.get("kind", "fail")) for r in results] == [

@@ -13,7 +13,7 @@ client posts these inputs by itself from now on. ``{"replace": ["ns", "new.yaml"
 A client that is not let in, or is sent away, is told ``{"error": "…"}`` first. Clients are served in turns: a few
 requests of each in a round, those first who may command, and a round ends soon (`ROUND`), so that nobody keeps ports
 and others waiting. Of connections, and whatever else there is a limited number of, each user has a share
-(`connections.py`).
+(`permissions.py`).
 """
 
 from __future__ import annotations
@@ -39,8 +39,16 @@ from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.live import forks
 from llfsm_verify.runtime.live.slots import slots_of
 from llfsm_verify.runtime.whiteboard.audit import AuditLog, Sparing
-from llfsm_verify.runtime.whiteboard.connections import CONNECTIONS, PIECE, PIECES, SUBSCRIPTIONS, Client
-from llfsm_verify.runtime.whiteboard.permissions import READS, Permissions, user_name
+from llfsm_verify.runtime.whiteboard.permissions import (
+    CONNECTIONS,
+    PIECE,
+    PIECES,
+    READS,
+    SUBSCRIPTIONS,
+    Client,
+    Permissions,
+    user_name,
+)
 from llfsm_verify.runtime.whiteboard.places import peer_of, socket_path
 from llfsm_verify.runtime.whiteboard.posts import Refused
 from llfsm_verify.runtime.whiteboard.shared import Shared, remove_old

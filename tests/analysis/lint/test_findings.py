@@ -22,7 +22,7 @@ from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.kripke import explore
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
-from llfsm_verify.report.lint.text import lint_text
+from llfsm_verify.report.lint import lint_text
 from llfsm_verify.verification.query import ask, parse_query
 from llfsm_verify.verification.verify import verify
 

@@ -24,8 +24,7 @@ from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.plan import drawn_choices, monitored, safe_values, starting_values
 from llfsm_verify.runtime.recording.file import Recorder, Recording
 from llfsm_verify.runtime.recording.replay import replay
-from llfsm_verify.runtime.swapping.check_process import Check, Finding
-from llfsm_verify.runtime.swapping.counterexample import Interleaved, record_counterexample
+from llfsm_verify.runtime.swapping.check_process import Check, Finding, Interleaved, record_counterexample
 from llfsm_verify.runtime.swapping.hot_swap import _compare
 from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.verification.changes.state_transfer import Accepted, Untransferable, transferred, update_point

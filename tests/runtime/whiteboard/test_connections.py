@@ -32,8 +32,17 @@ from llfsm_verify.runtime.swapping import check_process
 from llfsm_verify.runtime.swapping.check_process import Check, Finding
 from llfsm_verify.runtime.whiteboard.audit import ENDED, FIRST, INTERVAL, AuditLog, Sparing, verify
 from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError, called
-from llfsm_verify.runtime.whiteboard.connections import CONNECTIONS, PIECES, SUBSCRIPTIONS, Client, Share
-from llfsm_verify.runtime.whiteboard.permissions import COMMANDS, OWN, READS, Permissions
+from llfsm_verify.runtime.whiteboard.permissions import (
+    COMMANDS,
+    CONNECTIONS,
+    OWN,
+    PIECES,
+    READS,
+    SUBSCRIPTIONS,
+    Client,
+    Permissions,
+    Share,
+)
 from llfsm_verify.runtime.whiteboard.places import NoPlace, names, socket_path
 from llfsm_verify.runtime.whiteboard.posts import LENT, Refused
 from llfsm_verify.runtime.whiteboard.server import CALLS, FEW, KEPT_BYTES, STRANGERS, NameTaken, Server

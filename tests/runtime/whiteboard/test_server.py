@@ -35,8 +35,7 @@ from llfsm_verify.runtime.whiteboard import audit, segment
 from llfsm_verify.runtime.whiteboard import client as board_of_others
 from llfsm_verify.runtime.whiteboard.audit import FIRST, AuditLog, verify
 from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError
-from llfsm_verify.runtime.whiteboard.connections import CONNECTIONS, PIECE
-from llfsm_verify.runtime.whiteboard.permissions import Permissions, user_name
+from llfsm_verify.runtime.whiteboard.permissions import CONNECTIONS, PIECE, Permissions, user_name
 from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST, NoPlace, names, socket_path
 from llfsm_verify.runtime.whiteboard.segment import Attached, Lent, NoSegment, Segment
 from llfsm_verify.runtime.whiteboard.server import MOST_REFUSALS, MOST_WAKES, NameTaken, Server
