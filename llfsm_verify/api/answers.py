@@ -74,7 +74,7 @@ class QueryAnswer(Readable):
 
     @property
     def engine(self) -> str:
-        """Who decided it; where nobody did, who was asked."""
+        """The engine that decided it, or that was asked where none did."""
         return self.wrapped.engine
 
     @property

@@ -103,7 +103,7 @@ class MonitorSet:
         return len(self._monitors)
 
     def __getitem__(self, name: str) -> PropertyMonitor:
-        """The monitor of the property of this name. KeyError: there is none, and the message says which there are."""
+        """The monitor of the property of this name. KeyError: it is not one of these names, which are told."""
         for monitor in self._monitors:
             if monitor.name == name:
                 return monitor

@@ -83,7 +83,7 @@ def _open(checked: Checked) -> Iterator[str]:
 
 
 def _weak(result: Result, item: PropertyResult) -> bool:
-    """A pass that fails under ``--strict``, or that nobody could look at."""
+    """A pass that fails under ``--strict``, or that was not looked at."""
     return result.is_empty(item) or result.is_unseen(item) or result.is_claimed(item.verdict)
 
 

@@ -27,7 +27,7 @@ PATIENCE = 0.05
 
 
 class Attendant(Protocol):
-    """Serves somebody beside the loop: a whiteboard, ports."""
+    """What is served beside the loop: a whiteboard, ports."""
 
     @property
     def patience(self) -> float:

@@ -107,7 +107,7 @@ def _node(node: Node) -> str:
 
 
 def _bars(graph: Graph) -> str:
-    """The legend of a machine as one node; "" when there is none. Edges from the top down would pull it apart."""
+    """The legend of a machine as one node, or "" without an entry. Edges from the top down would pull it apart."""
     rows = "".join(
         f'<tr><td><table border="0" cellspacing="0" cellpadding="0"><tr><td fixedsize="true" width="32" '
         f'height="{_LINES[kind][0]}" bgcolor="{_LINES[kind][1]}"></td></tr></table></td>'

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 MAX_NODES = 300
-"""A larger graph is summarised instead of drawn: nobody can read it."""
+"""A larger graph is summarised instead of drawn, since no reader could follow it."""
 
 NodeKind = Literal["initial", "state", "suspend", "machine", "input", "output", "shared", "note", "sample", "caption"]
 EdgeKind = Literal[

@@ -114,7 +114,7 @@ def sarif_log(results: list[Json], used: list[str], notes: list[Json], *, exit_c
     try:
         driver["semanticVersion"] = version("llfsm-verify")
     except PackageNotFoundError:
-        pass  # a source tree that nobody has installed has no version
+        pass  # a source tree that is not installed has no version
     invocation: dict[str, Json] = {
         "executionSuccessful": successful,
         "exitCode": exit_code,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import cast
 
-from llfsm_verify.jsonschemas import loader
 from llfsm_verify.registry import Entry, Registry
 
 NAMES = ("result", "monitor", "lint", "query", "simulation")
@@ -14,12 +13,11 @@ OF_RESULT = ("lint", "query", "simulation")
 SHARED = ("failure", "diagnostic", "span", "sampled", "change", "cause", "step", "trace", "attempt", "proof", "inputs")
 
 
-_plain = loader(__name__, *NAMES)
-
-
 def load(name: str) -> dict[str, object]:
-    """The schema called `name` (one of NAMES) as plain dictionaries; KeyError when there is none."""
-    schema = _plain(name)
+    """The schema called `name` (one of NAMES) as plain dictionaries; KeyError: it has another name."""
+    from llfsm_verify.jsonschemas import loader  # `json`, which `--help` does without
+
+    schema = loader(__name__, *NAMES)(name)
     if name in OF_RESULT:
         shared = cast(dict[str, object], load("result")["$defs"])
         own = cast(dict[str, object], schema["$defs"])

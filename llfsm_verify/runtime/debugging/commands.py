@@ -116,7 +116,7 @@ class ParsedCommand:
 
 
 def parse(line: str) -> ParsedCommand | None:
-    """The command in a line; None: an empty line, or a comment after ``#``. DebugError: it is none."""
+    """The command in a line; None: an empty line, or a comment after ``#``. DebugError: it is not a command."""
     line = line.strip()
     if not line or line.startswith("#"):
         return None

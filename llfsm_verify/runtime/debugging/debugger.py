@@ -259,7 +259,7 @@ class Debugger:
         return self._backwards(lambda: None)
 
     def until_back(self, formula: str) -> Went:
-        """Backwards until a state formula is true. DebugError: it is none."""
+        """Backwards until a state formula is true. DebugError: the formula has temporal operators."""
         watch = self._watch(formula, begin=0)
         if not watch.is_state:
             raise DebugError("going backwards needs a state formula: monitors read only forwards")
@@ -308,7 +308,7 @@ class Debugger:
         return Went(begin, 0, "this is the beginning")
 
     def _forward(self) -> str | None:
-        """One step forwards; why there is none."""
+        """One step forwards; why it cannot be taken."""
         if self.position < len(self.history):
             self.position += 1
             return None

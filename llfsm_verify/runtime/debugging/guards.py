@@ -25,7 +25,7 @@ class PartValue:
 class Evaluated:
     """A guard that a step evaluated, in the order of evaluation. `value` None: the step failed in the middle of it.
 
-    Parts that were not needed (behind `&&` and `||`) are not in `parts`; constants are not, either.
+    Parts that were not needed (after `&&` and `||`) are not in `parts`; constants are not, either.
     """
 
     machine: str

@@ -84,7 +84,7 @@ class Path(Protocol):
     """It has happened: its inputs cannot be set."""
 
     def next(self, record: bytes, number: int) -> Next | str:
-        """The step `number` (from 1), which leads on from `record`; or why there is none. DebugError."""
+        """The step `number` (from 1), which leads on from `record`; or why the path has no more. DebugError."""
 
 
 # ---------------------------------------------------------------- inputs are set by hand

@@ -1,7 +1,7 @@
 """Monitors outside the loop: properties decided on the frames of a run, by a process that may miss some of them.
 
 A frame is the letter where a cycle of a process has ended. What lies between two frames that were read (frames that
-were overwritten; where letters follow every ringlet, the other ringlets of the cycle) is letters that nobody knows. A
+were overwritten; where letters follow every ringlet, the other ringlets of the cycle) is letters that are not known. A
 monitor is therefore in one of a set of states: those to which some letters lead. There is a verdict when all of them
 have it, so it holds whatever the unknown letters were.
 """
@@ -86,7 +86,7 @@ class FrameMonitors:
 
     def _step(self, frame: Sequence[int], *, ticks: bool) -> None:
         numbers = {name: slot.number(frame) for name, slot in self._slots.items()}
-        if frame[NUMBER] == 1:  # before the first cycle nobody has sampled anything
+        if frame[NUMBER] == 1:  # nothing is sampled before the first cycle
             numbers |= {name: init for name, init in self._inits.items() if name in numbers}
         try:
             letter = self._letters.letter(numbers, ticks=ticks)

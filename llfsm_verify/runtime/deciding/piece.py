@@ -46,7 +46,7 @@ def piece_of(
     piece before anything is written.
 
     DiagnosticError (E488): it is no run of `arrangement` from the beginning, or fails in nothing. Differs: the
-    recording is none of it.
+    recording is of another one.
     """
     if recording.goes_on:
         raise _unsaved(recording, "it continues an earlier recording, but a saved trace begins where a run begins",

@@ -81,7 +81,7 @@ class Child:
         self._process = os.pidfd_open(pid)
 
     def end(self) -> int:
-        """Kill it, if it lives, and wait for it; the signal that ended it, or 0: none, or nobody here knows."""
+        """Kill it, if it lives, and wait for it; the signal that ended it; 0: no signal did, or it is not known."""
         with suppress(ProcessLookupError):
             signal.pidfd_send_signal(self._process, signal.SIGKILL)
         try:

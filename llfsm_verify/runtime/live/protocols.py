@@ -10,7 +10,7 @@ class Newest(Protocol):
     """Where frames are published."""
 
     def newest(self) -> list[int] | None:
-        """The newest frame; None: there is none."""
+        """The newest frame; None: no frame was published."""
 
 
 class FrameLog(Protocol):

@@ -210,7 +210,7 @@ class Running(ABC):
 
     @property
     def _newest(self) -> list[int] | None:
-        """The newest frame that was published; None: there is none."""
+        """The newest frame that was published; None: no frame was."""
         return None if self.shared is None else self.shared.segment.newest()
 
     def _reach(self) -> None:
@@ -361,7 +361,7 @@ class Run(Running):
                 reason = self._drive()
             self.loop.end(*self._why(reason))
             self._count_time()
-        except BaseException as error:  # noqa: BLE001 - raised again where somebody waits
+        except BaseException as error:  # noqa: BLE001 - raised again in `wait`
             self._error = error
         finally:
             if self._recorder is not None:

@@ -26,8 +26,8 @@ from llfsm_verify.runtime.live.protocols import FrameLog, Published
 from llfsm_verify.runtime.live.run import Running
 
 LAST_TOKEN = 2000
-"""Milliseconds that the first process waits for the token after the supervisor has died: then nobody has it. The second
-waits twice as long, and so on, so that only one commits the last frame.
+"""Milliseconds that the first process waits for the token after the supervisor has died: then no process has it. The
+second waits twice as long, and so on, so that only one commits the last frame.
 """
 
 
@@ -143,7 +143,7 @@ class Supervised(Running):
             self._lifeline.wait()  # until the supervisor has ended the run and this process, or has died
 
     def _has_token(self, number: int, milliseconds: int) -> bool:
-        """Wait for the token, at most so long after the supervisor has died; False: nobody gives it any more."""
+        """Wait for the token, at most so long after the supervisor has died; False: it does not come any more."""
         token = self._tokens[number][0]
         ready = self._lifeline.wait((token,))
         if token not in ready:

@@ -83,7 +83,7 @@ class Named(End):
             descriptor = os.open(self._path, self._flags)
         except OSError as error:
             if error.errno == errno.ENXIO and self._output and Path(self._path).is_fifo():
-                self.returns = True  # nobody reads it yet
+                self.returns = True  # no process reads it yet
                 return None
             raise Unopened(f"{self._path}: {error.strerror}", PIPE_HINT) from None
         mode = os.fstat(descriptor).st_mode
@@ -95,7 +95,7 @@ class Named(End):
 
     def renew(self, descriptor: int) -> int | None:
         """See `End`."""
-        # The new end is there before the old one goes, so that who opens the pipe meanwhile writes to somebody.
+        # The new end is there before the old one goes, so that who opens the pipe meanwhile finds a reader.
         try:
             return self.open() if self.returns else None
         except Unopened:

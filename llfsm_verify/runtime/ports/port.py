@@ -54,7 +54,7 @@ class Link(Protocol):
         """A message is on its way, as a whole."""
 
     def unsent(self, why: str) -> None:
-        """A message will never be sent, because a newer one took its place or nobody is there."""
+        """A message will never be sent, because a newer one took its place or the other side is gone."""
 
 
 class Port(Protocol):

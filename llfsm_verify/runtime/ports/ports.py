@@ -29,13 +29,13 @@ class Counts:
     refused: int = 0
     """Values that were not of the type of their input."""
     malformed: int = 0
-    """Messages that are none, and those without a field of an input."""
+    """Messages that could not be read, and those without a field of an input."""
     failures: int = 0
     """How often an input has failed."""
     sent: int = 0
     """Messages."""
     unsent: int = 0
-    """Messages that were never sent, because newer ones took their places or nobody was there."""
+    """Messages that were never sent, because newer ones took their places or the other side was gone."""
 
 
 class RunLink:
@@ -315,8 +315,8 @@ class Ports:
     def finish(self, ending: str) -> None:
         """Send the last frame and, where the arrangement has not `ended` by itself, safe values; then close.
 
-        `ending` is one of `live.frame.ENDINGS`. Where no turn was ever taken, nothing is sent. What nobody reads
-        within FINISHING is not waited for, and counted.
+        `ending` is one of `live.frame.ENDINGS`. Where no turn was ever taken, nothing is sent. What is not
+        read within FINISHING is not waited for, and counted.
         """
         if not self._open:
             return

@@ -306,7 +306,7 @@ class Recording:
                 self.damaged = "something was appended to it"
 
     def _say_why_it_ends(self, frame: list[int], check: int | None) -> None:
-        """Without a last frame. A file that nobody closed still has what was reserved for it, in whole pages, and a
+        """Without a last frame. A file that was not closed still has what was reserved for it, in whole pages, and a
         process that was killed can have written one entry more at most than it has counted."""
         why, reserved = self._closed & 0xFFFF, not (self._begin + self._there) % PAGE
         if check is None or (self._is_written and why in (OPEN, WHOLE)):

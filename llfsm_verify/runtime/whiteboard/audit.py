@@ -1,8 +1,8 @@
 """An audit log: who asked what of a run, and what came of it, as lines of JSON that are chained by hashes.
 
 Each line has the SHA-256 (hex) of the line before it under `after`, so no line can be changed, left out or put between
-two others without changing all that come after it. Whoever can write the file can write all of it anew, and nobody
-sees that lines at the end are missing: what must not be lost is the hash of the last line, which the run prints in the
+two others without changing all that come after it. Whoever can write the file can write all of it anew, and
+missing lines at the end leave no sign: what must not be lost is the hash of the last line, which the run prints in the
 end and `llfsm audit verify LOG --last HASH` compares. That line has the hashes of the recordings, so it seals them.
 """
 
@@ -48,7 +48,7 @@ class Verified:
 
 
 class AuditLog:
-    """Appends to a log, which it begins where there is none. Only one run at a time writes it.
+    """Appends to a log, which it begins if it is not there. Only one run at a time writes it.
 
     DiagnosticError (E500, E501): it cannot be written, or it is not whole, so nothing is appended to it.
     """
@@ -155,7 +155,7 @@ def _read(file: BinaryIO, path: str | Path) -> Verified:
 
 
 def seal_of(path: str | Path) -> str:
-    """The SHA-256 of a file that a run has written, as hexadecimal digits, or why there is none."""
+    """The SHA-256 of a file that a run has written, as hexadecimal digits, or why it has no hash."""
     try:
         with open(path, "rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

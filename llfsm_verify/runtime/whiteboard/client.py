@@ -104,9 +104,9 @@ class Replaced(NamedTuple):
 
 
 class Whiteboard:
-    """A whiteboard that a run of this name serves on this machine. WhiteboardError: there is none.
+    """A whiteboard that a run of this name serves on this machine. WhiteboardError: no run does.
 
-    `connection` is one that `called` has made; it is closed with the whiteboard, or if there is none.
+    `connection` is one that `called` has made; it is closed with the whiteboard, or where that is not made.
     """
 
     def __init__(self, name: str, connection: socket.socket | None = None) -> None:
@@ -182,7 +182,7 @@ class Whiteboard:
             return True
 
     def view(self) -> View:
-        """The newest frame. WhiteboardError: there is none, and none comes."""
+        """The newest frame. WhiteboardError: no frame has been written, and none comes."""
         frame = self._newest()
         ending = ENDINGS[frame[ENDING]] if 0 <= frame[ENDING] < len(ENDINGS) else "died"
         if ending == "running" and self.is_gone:
@@ -412,7 +412,7 @@ def _answer(line: bytes) -> dict[str, Json]:
 
 def called(name: str, seconds: float | None = 0) -> socket.socket:
     """A connection to the server of a whiteboard, who may not have answered yet. Where too many call at once, it waits
-    so long; None: without an end. WhiteboardError: there is none, or another user than the folder's serves it.
+    so long; None: without an end. WhiteboardError: no run serves it, or another user than the folder's serves it.
     """
     path, user = location(name)
     connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)

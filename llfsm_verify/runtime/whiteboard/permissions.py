@@ -66,7 +66,7 @@ class Permissions:
         return self.access is not None and bool(set(self.access.users) - {user_name(os.getuid())})
 
     def undeclared(self, change: Change) -> str | None:
-        """Why nobody may make this change; None: `operators:` declares it."""
+        """Why no one may make this change; None: `operators:` declares it."""
         if isinstance(change, Replacement):
             if change.machine in self.replaceable:
                 return None

@@ -33,10 +33,10 @@ class NoPlace(Exception):
 
 
 def folder(*, own: bool = False) -> tuple[Path, int]:
-    """The folder of whiteboards, which is made where there is none, and the user to whom it belongs.
+    """The folder of whiteboards, which is made if it is missing, and the user to whom it belongs.
 
     ``LLFSM_WHITEBOARDS``, else a folder in ``XDG_RUNTIME_DIR``, else one in /tmp. The first may belong to another user,
-    for readers; not with `own`. NoPlace: it belongs to somebody else, or others may write there.
+    for readers; not with `own`. NoPlace: it belongs to another user, or others may write there.
     """
     named = os.environ.get("LLFSM_WHITEBOARDS")
     home = os.environ.get("XDG_RUNTIME_DIR")

@@ -66,7 +66,7 @@ class Writers:
         self._loop.control[control.WRITER_COUNT] = number + 1
 
     def lend(self, granted: Callable[[], None]) -> tuple[Segment, ctypes.Array[ctypes.c_int64]]:
-        """A segment that nobody has had, and where the loop copies it to. `granted` is called before the loop reads it.
+        """A segment that no one has had, and where the loop copies it to. `granted` is called before the loop reads it.
         Refused: all were lent, or `granted` says so.
         """
         number = self._loop.control[control.WRITER_COUNT] - 1

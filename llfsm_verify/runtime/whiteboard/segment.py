@@ -1,7 +1,7 @@
 """Shared memory for frames: made and written by one process, and read by those to whom it hands a descriptor.
 
-A segment is an anonymous file in memory. Its server maps it and then seals it: nobody can change its size any more,
-nobody can map it for writing, and nobody can undo that. The mapping that the server has already stays writable, and so
+A segment is an anonymous file in memory. Its server maps it and then seals it: no process can change its size any
+more, map it for writing, or undo that. The mapping that the server has already stays writable, and so
 does one that a process inherits which is forked before the sealing, so nothing is forked in between.
 """
 
@@ -125,7 +125,7 @@ class Segment(_Frames):
     """A segment of this process, for frames of so many words. `epoch` tells it from one of an earlier start.
 
     From then on nothing is compiled to read or write it, in this process and those that it forks.
-    `lent`: others who get its descriptor may write it, and nobody can change its size.
+    `lent`: others who get its descriptor may write it, and no one can change its size.
     """
 
     def __init__(self, name: str, words: int, period: int = 0, *, lent: bool = False) -> None:

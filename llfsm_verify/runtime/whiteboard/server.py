@@ -11,8 +11,8 @@ client posts these inputs by itself from now on. ``{"replace": ["ns", "new.yaml"
 "levels: …"]}`` another policy that of the one in force; when it has, all clients are sent away.
 
 A client that is not let in, or is sent away, is told ``{"error": "…"}`` first. Clients are served in turns: a few
-requests of each in a round, those first who may command, and a round ends soon (`ROUND`), so that nobody keeps ports
-and others waiting. Of connections, and whatever else there is a limited number of, each user has a share
+requests of each in a round, those first who may command, and a round ends soon (`ROUND`), so that no client keeps
+ports and others waiting. Of connections, and whatever else there is a limited number of, each user has a share
 (`permissions.py`).
 """
 
@@ -575,7 +575,7 @@ class Server:
         self._epoll.close()
         self._close_spare()
         with suppress(OSError):
-            self._path.unlink()  # before somebody else may serve it
+            self._path.unlink()  # before another run may serve it
         self._listening.close()
 
 
@@ -610,7 +610,7 @@ def _line(answer: Mapping[str, Json]) -> bytes:
 
 
 def _answers(path: str) -> bool:
-    """Whether somebody listens there."""
+    """Whether a process listens there."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as attempt:
         try:
             attempt.connect(path)
