@@ -85,8 +85,8 @@ class Reachable:
 
     def _run(self, source: int, faults: Collection[int]) -> FaultRun:
         path = self.graph.path_to(source)
-        fault, last = self.explorer.first_fault(source, faults)
-        moves = (*self.explorer.moves(path), last)
+        fault, last = self.explorer.witnesses.fault(source, faults)
+        moves = (*self.explorer.witnesses.along(path), last)
         execution = Execution(self._program)
         layout = execution.layout
         record = self.graph.key(path[0]) + layout.encode_outputs(layout.initial_outputs())

@@ -15,8 +15,7 @@ from llfsm_verify.kripke.compiled import Kernels
 from llfsm_verify.kripke.graph import MAX_NODES, Graph, Sequences
 from llfsm_verify.kripke.kernels import blocks as b
 from llfsm_verify.kripke.kernels import chain_blocks as c
-from llfsm_verify.kripke.memory import Region
-from llfsm_verify.kripke.vectors import VectorSet
+from llfsm_verify.kripke.memory import Region, VectorSet
 from llfsm_verify.limits import Budget, LimitReached
 
 FIRST_SLOTS = 4 * c.MAX_CHAIN

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Collection, Iterable, Sequence
-from itertools import islice, pairwise
+from collections.abc import Callable, Iterable, Sequence
+from itertools import islice
 from time import perf_counter, thread_time
 from typing import TYPE_CHECKING
 
@@ -14,14 +14,13 @@ from llfsm_verify.backends.native.layout import Layout, TooManyInitial
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.checkpoint import Numbers, Section, Unusable
 from llfsm_verify.kripke.compiled import Kernels, kernels
-from llfsm_verify.kripke.graph import MAX_NODES, NUMBER_BYTES, Graph, Letters
+from llfsm_verify.kripke.graph import MAX_NODES, NUMBER_BYTES, Graph
 from llfsm_verify.kripke.kernels import blocks as b
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.observing import Observer
 from llfsm_verify.kripke.tables import Tables
 from llfsm_verify.kripke.witnesses import GraphWitnesses
 from llfsm_verify.limits import Budget, LimitReached, reached
-from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
 from llfsm_verify.stages import stage
 
@@ -95,7 +94,7 @@ class Explorer:
         kept = first if self.first_letters else []
         self._tables = Tables(self._native, self.graph, observer, self._kernels, kept, with_chains=chains)
         self._chains = self._tables.chains
-        self._witnesses = GraphWitnesses(self._native, observer, self.graph, self._chains, labels)
+        self.witnesses = GraphWitnesses(self._native, observer, self.graph, self._chains, labels)
 
     # -------------------------------------------------- the beginning
 
@@ -299,26 +298,3 @@ class Explorer:
         if self.labels is not None and found.faults[self.labels.unknown] >= 0:
             raise Unusable("it is damaged")
         self._tables.restore(found, read, self._budget)
-
-    # -------------------------------------------------- witnesses
-
-    def witness(self, source: int, target: int, letter: Letters) -> list[Move]:
-        """The move of an edge of the graph, in a list; `letter` None: in the middle of a cycle, or any.
-
-        Of a chain, all moves, or as many as `letter` has letters. Raises NoWitness when there is none.
-        """
-        return self._witnesses.step(source, target, letter)
-
-    def letter_witness(self, source: int, letter: int) -> list[Move]:
-        """The moves that lead from a node to a step that shows a letter: one, of a chain as many as it takes. Raises
-        NoWitness when there are none."""
-        return self._witnesses.letter(source, letter)
-
-    def moves(self, path: Sequence[int], fault: int | None = None) -> list[Move]:
-        """The moves along a path of the graph, and from its end into a fault. NoWitness: an edge has no moves."""
-        found = [move for source, target in pairwise(path) for move in self.witness(source, target, None)]
-        return found if fault is None else [*found, self.first_fault(path[-1], (fault,))[1]]
-
-    def first_fault(self, source: int, faults: Collection[int]) -> tuple[int, Move]:
-        """The first of the steps from a node that lead into one of these faults. Raises NoWitness."""
-        return self._witnesses.fault(source, faults)

@@ -198,25 +198,3 @@ class Graph:
         """Give the memory back."""
         for region in (self.keys, self.parents, self.letter_sources, self.first, self.targets, self.labels):
             region.close()
-
-    @staticmethod
-    def of_edges(edges: Sequence[Sequence[tuple[int, int | None]]], alphabet: Sequence[int], roots: int) -> Graph:
-        """A complete graph from the (successor, label) pairs of each node, label None for `EPSILON`: for tests, and for
-        structures made by hand. The key of node i is the number i."""
-        graph = Graph(words=1, configuration_bytes=8, roots=roots, alphabet=list(alphabet))
-        graph.count = graph.expanded = graph.configurations = len(edges)
-        first, targets, labels = array("q", [0]), array("I"), array("I")
-        for pairs in edges:
-            for target, label in pairs:
-                targets.append(target)
-                labels.append(EPSILON if label is None else label)
-            first.append(len(targets))
-        graph.edge_count = len(targets)
-        graph.has_silent_edges = EPSILON in labels
-        graph.transitions = sum(len({t for t, _ in pairs}) for pairs in edges)
-        graph.keys.write(array("q", range(len(edges))).tobytes())
-        graph.parents.write(array("I", range(len(edges))).tobytes())
-        for region, data in ((graph.first, first), (graph.targets, targets), (graph.labels, labels)):
-            region.write(data.tobytes())
-        graph.complete = True
-        return graph

@@ -14,9 +14,8 @@ from dataclasses import dataclass
 from typing import Self
 
 from llfsm_verify.automata.omega.components import components
-from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.graph import Graph, Letters
-from llfsm_verify.kripke.paths import Breadth, PathStep, SearchTarget
+from llfsm_verify.kripke.paths import Breadth, Components, PathStep, SearchTarget
 from llfsm_verify.kripke.product import NO_STATE, EdgeClasses, Move, ProductNode, Rows, Sizes
 from llfsm_verify.limits import tick
 

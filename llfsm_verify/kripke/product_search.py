@@ -13,10 +13,9 @@ from typing import Self
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.moves import Lazy, moves_of
-from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.graph import EPSILON, Graph
 from llfsm_verify.kripke.lassos import Cores, Space, Walk, short_lasso, walk
-from llfsm_verify.kripke.paths import Breadth, PathStep, SearchTarget
+from llfsm_verify.kripke.paths import Breadth, Components, PathStep, SearchTarget
 from llfsm_verify.kripke.product import (
     MAX_SETS,
     SIZES,

@@ -14,9 +14,8 @@ from llfsm_verify.kripke.checkpoint import Numbers, Section, Unusable, sizes
 from llfsm_verify.kripke.compiled import Kernels
 from llfsm_verify.kripke.graph import FIRST_BYTES, MAX_NODES, NUMBER_BYTES, Graph
 from llfsm_verify.kripke.kernels import blocks as b
-from llfsm_verify.kripke.memory import Region
+from llfsm_verify.kripke.memory import Region, VectorSet
 from llfsm_verify.kripke.observing import Observer
-from llfsm_verify.kripke.vectors import VectorSet
 from llfsm_verify.limits import Budget, LimitReached, reached
 
 if TYPE_CHECKING:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from llfsm_verify.backends.native.executor import Edge, NativeProgram
@@ -110,6 +111,10 @@ class GraphWitnesses:
                     return moves
                 before = edge.record
         raise NoWitness(f"no step from node {source} shows that letter")
+
+    def along(self, path: Sequence[int]) -> list[Move]:
+        """The moves along a path of the graph. Raises NoWitness when there are none for an edge."""
+        return [move for source, target in pairwise(path) for move in self.step(source, target, None)]
 
     def fault(self, source: int, faults: Collection[int]) -> tuple[int, Move]:
         """The first of the steps from a node that lead into one of these faults. Raises NoWitness."""

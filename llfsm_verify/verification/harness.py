@@ -256,8 +256,7 @@ class _Check:
         return self._said(goal, Verdict.UNKNOWN, reason=reason or "the engine does not say")
 
     def _violated(self, goal: Goal, replayed: ReplayedRun) -> PropertyResult:
-        from llfsm_verify.analysis.explanation.explain import explain
-        from llfsm_verify.analysis.explanation.hints import hints
+        from llfsm_verify.analysis.explanation.explain import explain, hints
 
         with stage("explaining violations"):
             trace = explain(replayed, goal, self._problem)

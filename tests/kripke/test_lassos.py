@@ -12,7 +12,7 @@ from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.lassos import Cores
 from llfsm_verify.kripke.product import NO_STATE, Sizes
 from llfsm_verify.kripke.product_search import Product, Projection, Reader, accepting_lasso
-from tests.engines.explicit.graphs import FAIR, KEYS, SIZES, follows, graphs, word
+from tests.engines.explicit.graphs import FAIR, KEYS, SIZES, follows, graphs, of_edges, word
 from tests.oracle.product import Reference
 from tests.quick import examples
 
@@ -57,7 +57,7 @@ def test_lassos_with_any_automaton(case: tuple[Graph, list[int]], automaton: Aut
 @settings(max_examples=examples(100), deadline=None)
 @given(automata(7))
 def test_cores_are_the_components_with_all_sets(automaton: Automaton) -> None:
-    graph = Graph.of_edges([[(0, i) for i in range(1 << len(KEYS))]], range(1 << len(KEYS)), 1)
+    graph = of_edges([[(0, i) for i in range(1 << len(KEYS))]], range(1 << len(KEYS)), 1)
     product = Product(graph, [Reader(automaton, Projection(range(len(KEYS))))], [])
     start = product.number((0,))
     letters = graph.alphabet
@@ -96,7 +96,7 @@ def test_cores_are_the_components_with_all_sets(automaton: Automaton) -> None:
 
 def test_too_many_rows_make_every_state_one_of_a_core() -> None:
     automaton = Automaton((), ((Edge(0, 0, 1, 0),), (Edge(0, 0, 1, 1),)), 1)
-    graph = Graph.of_edges([[(0, 0)]], [0], 1)
+    graph = of_edges([[(0, 0)]], [0], 1)
     product = Product(graph, [Reader(automaton, Projection([]))], [])
     cores = Cores(product.step, graph.alphabet, 1, 1)
     cores.add([product.number((0,))])

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.kernels import product_blocks
-from llfsm_verify.kripke.paths import Breadth, Living, SearchTarget
+from llfsm_verify.kripke.paths import Breadth, Components, Living, SearchTarget
 from llfsm_verify.kripke.product import NO_STATE, EdgeClasses, Move, Rows, Sizes
 from llfsm_verify.limits import LimitReached
+from tests.engines.explicit.graphs import of_edges
 from tests.quick import examples
 
 SETS = 2
@@ -32,7 +32,7 @@ def rows(graph: Graph, step: Callable[[int, int], Iterable[Move]]) -> Rows:
 
 def made(size: int, edges: Edges) -> Graph:
     """A graph in which an edge's letter is its acceptance."""
-    return Graph.of_edges([[(b, mask) for a, mask, b in edges if a == i] for i in range(size)], range(1 << SETS), 1)
+    return of_edges([[(b, mask) for a, mask, b in edges if a == i] for i in range(size)], range(1 << SETS), 1)
 
 
 @st.composite
@@ -95,7 +95,7 @@ def _joined(masks: Iterable[int]) -> int:
 @pytest.mark.parametrize("sizes", ALL)
 def test_searches_go_on_from_more_starts(sizes: Sizes) -> None:
     """Two rings: nothing is searched twice, and what was found in vain stays so."""
-    graph = Graph.of_edges([[(1, 0)], [(0, 0)], [(3, 0)], [(2, 1)]], [0, 1], 1)
+    graph = of_edges([[(1, 0)], [(0, 0)], [(3, 0)], [(2, 1)]], [0, 1], 1)
     with (
         rows(graph, lambda state, letter: ((state, letter),)) as moves,
         Breadth(graph, moves, [(0, 0)], goal=SearchTarget.NOTHING, sizes=sizes) as reached,
@@ -114,7 +114,7 @@ def test_searches_go_on_from_more_starts(sizes: Sizes) -> None:
 
 
 def test_a_row_of_too_many_moves_is_a_limit() -> None:
-    graph = Graph.of_edges([[(0, 0)]], [0], 1)
+    graph = of_edges([[(0, 0)]], [0], 1)
     with (
         rows(graph, lambda _, __: ((i, 0) for i in range(1 << 16))) as moves,
         Components(graph, moves, 0) as components,
@@ -126,7 +126,7 @@ def test_a_row_of_too_many_moves_is_a_limit() -> None:
 @pytest.mark.parametrize("sizes", [TINY, SPARSE])
 def test_more_product_nodes_than_have_numbers_are_a_limit(monkeypatch: pytest.MonkeyPatch, sizes: Sizes) -> None:
     monkeypatch.setattr(product_blocks, "MOST_NODES", 16)
-    graph = Graph.of_edges([[(i + 1, 0)] for i in range(100)] + [[(0, 0)]], [0], 1)
+    graph = of_edges([[(i + 1, 0)] for i in range(100)] + [[(0, 0)]], [0], 1)
     with rows(graph, lambda state, _: ((state, 0),)) as moves:
         with Components(graph, moves, 1, sizes) as components, pytest.raises(LimitReached, match="more than"):
             components.search([(0, 0)])
@@ -139,7 +139,7 @@ def test_more_product_nodes_than_have_numbers_are_a_limit(monkeypatch: pytest.Mo
 
 @pytest.mark.parametrize("sets", [-1, 63])
 def test_sets_that_do_not_fit_a_word_are_refused(sets: int) -> None:
-    graph = Graph.of_edges([[(0, 0)]], [0], 1)
+    graph = of_edges([[(0, 0)]], [0], 1)
     with rows(graph, lambda state, _: ((state, 0),)) as moves, pytest.raises(ValueError, match=str(sets)):
         Components(graph, moves, sets)
 

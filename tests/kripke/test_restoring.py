@@ -17,8 +17,7 @@ from llfsm_verify.kripke.compiled import kernels
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.graph import NO_PREFIX
 from llfsm_verify.kripke.kernels.chain_blocks import MAX_CHAIN
-from llfsm_verify.kripke.memory import Region
-from llfsm_verify.kripke.vectors import VectorSet
+from llfsm_verify.kripke.memory import Region, VectorSet
 from llfsm_verify.limits import Budget, endless_budget
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program

@@ -8,8 +8,7 @@ import pytest
 
 from llfsm_verify.kripke.compiled import kernels
 from llfsm_verify.kripke.kernels import blocks as b
-from llfsm_verify.kripke.memory import Region
-from llfsm_verify.kripke.vectors import KEPT, VectorSet
+from llfsm_verify.kripke.memory import KEPT, Region, VectorSet
 
 MASK = (1 << 64) - 1
 

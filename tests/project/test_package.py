@@ -23,7 +23,7 @@ HEAVY = ("llvmlite", "rich", "lark", "yaml", "numpy", "numba", "networkx", "pygr
 LATER = ("numpy", "numba", "networkx", "z3", "cvc5", "pygraphviz", "hypothesis", "pytest")
 NEEDLESS = (
     "analysis.explanation.explain", "analysis.vacuity.automata", "automata.boolean", "automata.properties",
-    "automata.ltl.answers", "checking.goals.automata", "checking.goals.regular", "engines.bounded",
+    "automata.ltl.answers", "checking.goals.automata", "engines.bounded",
     "engines.explicit.checkpoints", "engines.inductive", "kripke.chains", "logic.expressions", "logic.syntaxes.reading",
     "program.dependence", "report.saving", "report.json", "semantics.probes", "verification.differential",
 )  # fmt: skip

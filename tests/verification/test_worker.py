@@ -12,9 +12,8 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.verdict import Options
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
-from llfsm_verify.verification import worker
-from llfsm_verify.verification.differential import EACH_ENGINE, _Worker
-from llfsm_verify.verification.worker import Job, Reply, pack
+from llfsm_verify.verification import differential as worker
+from llfsm_verify.verification.differential import EACH_ENGINE, Job, Reply, _Worker, pack
 
 
 def lights():

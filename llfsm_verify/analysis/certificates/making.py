@@ -20,7 +20,6 @@ from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, bad_prefixes_of
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.execution import Execution
-from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import FaultResult, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.jsonvalue import Json
@@ -258,11 +257,8 @@ class _Maker:
             runs: list[Json] = []
             for finding in faults.findings:
                 site = self._program.faults.index(finding.site)
-                runs.append([site, self._fault_run(finding.trace)])
+                runs.append([site, self._replayer.run_of(finding.trace).json()])
             return found | {"runs": runs}
         except NOT_NOW as stop:
             self._missing.append(("faults", _why(stop)))
             return found | {"reason": _why(stop)}
-
-    def _fault_run(self, trace: Trace) -> Json:
-        return self._replayer.run_of(trace).json()

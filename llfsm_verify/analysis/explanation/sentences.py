@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from llfsm_verify.analysis.explanation.causes import causes
-from llfsm_verify.analysis.explanation.readings import Reading
+from llfsm_verify.analysis.explanation.causes import Reading, causes
 from llfsm_verify.logic.bounds import written_out
 from llfsm_verify.logic.formula import Formula, Op, is_boolean, negation, time_text, to_text
 

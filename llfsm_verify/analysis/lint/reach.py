@@ -129,7 +129,7 @@ class Reach:
         """A shortest run whose last step has the outcome. KeyError where none was found."""
         edge, arrays = self._edges[outcome], self.arrays
         source, target = int(arrays.sources[edge]), int(arrays.targets[edge])
-        return self._run(source, self._explorer.witness(source, target, self.alphabet[int(arrays.labels[edge])]))
+        return self._run(source, self._explorer.witnesses.step(source, target, self.alphabet[int(arrays.labels[edge])]))
 
     def run_to_configuration(self, node: int) -> Schedule:
         """A shortest run to a configuration."""
@@ -137,7 +137,7 @@ class Reach:
 
     def _run(self, node: int, last: Sequence[Move] = ()) -> Schedule:
         path = self._graph.path_to(node)
-        return schedule_of(self._explorer, path[0], [*self._explorer.moves(path), *last], self._cone)
+        return schedule_of(self._explorer, path[0], [*self._explorer.witnesses.along(path), *last], self._cone)
 
 
 # ---------------------------------------------------------------- what need not be explored

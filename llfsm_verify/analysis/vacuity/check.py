@@ -39,8 +39,7 @@ from llfsm_verify.logic.rewriting.strengthening import Occurrence, consequent, p
 from llfsm_verify.stages import stage
 
 if TYPE_CHECKING:
-    from llfsm_verify.checking.goals.automata import AutomatonGoal
-    from llfsm_verify.checking.goals.regular import RegularGoal
+    from llfsm_verify.checking.goals.automata import AutomatonGoal, RegularGoal
 
 
 MOST_LETTERS = 5_000

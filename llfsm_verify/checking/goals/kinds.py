@@ -77,7 +77,7 @@ def goals_of(problem: Problem) -> tuple[Goal, ...]:
 
 def _goal(line: Property, problem: Problem) -> Goal:
     if line.expression is not None:
-        from llfsm_verify.checking.goals.regular import RegularGoal
+        from llfsm_verify.checking.goals.automata import RegularGoal
 
         return RegularGoal(line)
     if line.file is not None:

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.moves import Lazy, moves_of
-from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.lassos import walk
-from llfsm_verify.kripke.paths import Living
+from llfsm_verify.kripke.paths import Components, Living
 from llfsm_verify.kripke.product import MAX_SETS, EdgeClasses, Move, ProductNode, Reading, Rows
 from llfsm_verify.kripke.product_search import Product, States, Walk
 from llfsm_verify.limits import LimitReached, tick

@@ -36,10 +36,10 @@ class Schedules:
     def of_walk(self, walk: Walk) -> Violated:
         """A walk that a search has found."""
         pairs = zip(walk.nodes, walk.nodes[1:], walk.letters, strict=False)
-        parts = [self._explorer.witness(source, target, letter) for source, target, letter in pairs]
+        parts = [self._explorer.witnesses.step(source, target, letter) for source, target, letter in pairs]
         loop = None if walk.loop is None else sum(len(p) for p in parts[: walk.loop])
         if walk.ends is not None:
-            parts.append(self._explorer.letter_witness(walk.nodes[-1], walk.ends))
+            parts.append(self._explorer.witnesses.letter(walk.nodes[-1], walk.ends))
         schedule = schedule_of(
             self._explorer, walk.nodes[0], [move for part in parts for move in part], self._reduction, loop
         )
@@ -49,7 +49,9 @@ class Schedules:
 
     def of_fault(self, number: int, path: Sequence[int]) -> Violated:
         """A run into fault `number`, which happens in a step from the last configuration of `path`."""
-        return Violated(schedule_of(self._explorer, path[0], self._explorer.moves(path, number), self._reduction))
+        witnesses = self._explorer.witnesses
+        moves = [*witnesses.along(path), witnesses.fault(path[-1], (number,))[1]]
+        return Violated(schedule_of(self._explorer, path[0], moves, self._reduction))
 
     def _letter(self, mask: int) -> Letter:
         return frozenset(n for i, n in enumerate(self._explorer.observed) if mask >> i & 1)

@@ -13,9 +13,8 @@ from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
 from llfsm_verify.checking.goals.kinds import impossible
 from llfsm_verify.checking.verdict import Exploration, Progress
 from llfsm_verify.diagnostics import counted
-from llfsm_verify.engines.inductive.induction import Induction
+from llfsm_verify.engines.inductive.provers import Induction, Spacer
 from llfsm_verify.engines.inductive.proving import Open, Proving, Settled
-from llfsm_verify.engines.inductive.spacer import Spacer
 from llfsm_verify.engines.inductive.system import Prover
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.engines.unrolled.search import DEPTH, BoundedSearch, Task

@@ -13,9 +13,17 @@ from llfsm_verify.checking.verdict import Proof
 from llfsm_verify.engines.inductive.certify import Certifier, Rejection
 from llfsm_verify.engines.inductive.invariant import Invariant
 from llfsm_verify.engines.inductive.observers import Faults, Scalar, Target
-from llfsm_verify.engines.inductive.plans import Plan, plan_of, slice_program
 from llfsm_verify.engines.inductive.recheck import certifying_programs
-from llfsm_verify.engines.inductive.system import Proved, Prover, Reached, System, Undecided
+from llfsm_verify.engines.inductive.system import (
+    Plan,
+    Proved,
+    Prover,
+    Reached,
+    System,
+    Undecided,
+    plan_of,
+    slice_program,
+)
 from llfsm_verify.engines.inductive.wording import proof_of
 from llfsm_verify.engines.unrolled.question import Exhausted
 from llfsm_verify.engines.unrolled.search import BoundedSearch

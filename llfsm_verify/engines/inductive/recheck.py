@@ -22,8 +22,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
 from llfsm_verify.engines.inductive.certify import Certifier, CheckedProof, Rejection
 from llfsm_verify.engines.inductive.invariant import Invariant, Unreadable, read
 from llfsm_verify.engines.inductive.observers import FairLoops, Faults, Rounds, Scalar, Target, text_of
-from llfsm_verify.engines.inductive.plans import Plan, plan_of, slice_program
-from llfsm_verify.engines.inductive.system import System
+from llfsm_verify.engines.inductive.system import Plan, System, plan_of, slice_program
 from llfsm_verify.limits import Budget
 from llfsm_verify.program.program import Expr, Program
 

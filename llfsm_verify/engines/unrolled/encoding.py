@@ -20,10 +20,9 @@ class Loops:
     `inside[i]`: point i is in the loop. Source: as `encoding`. With `observe: cycle`, loops go from letter to letter.
     """
 
-    def __init__(self, terms: Terms, name: str = "") -> None:
+    def __init__(self, terms: Terms) -> None:
         self._terms = terms
         self._keys = [key for key, _, _ in terms.configuration]
-        self._name = name
         self._points: list[Point] = []
         self.starts: dict[int, z3.BoolRef] = {}
         self.inside: list[z3.BoolRef] = []
@@ -45,9 +44,9 @@ class Loops:
             self.inside.append(z3.BoolVal(False))
             self._shown.append(z3.BoolVal(False))
             return
-        start = z3.Bool(f"{OURS}loop{self._name}@{number}")
+        start = z3.Bool(f"{OURS}loop@{number}")
         self.starts[number] = start
-        inside, shown = (z3.Bool(f"{OURS}{what}{self._name}@{number}") for what in ("inside", "shown"))
+        inside, shown = (z3.Bool(f"{OURS}{what}@{number}") for what in ("inside", "shown"))
         before = self.inside[-1]
         self.constraints += [
             inside == z3.Or(before, start),

@@ -29,13 +29,14 @@ class Question:
         all questions of an engine."""
         self._effort, self._total = effort, total
         self._sent: dict[int, int] = {}
-        self._told: list[z3.BoolRef] = []
+        self.told: list[z3.BoolRef] = []
+        """What the solver knows, for another one."""
         self._solver = z3.SolverFor("QF_FD") if finite else z3.Solver()
 
     def add(self, constraints: Sequence[z3.BoolRef]) -> None:
         """Constraints that the solver does not know yet."""
         self._solver.add(*constraints)
-        self._told += constraints
+        self.told += constraints
 
     def learn(self, constraints: list[z3.BoolRef], most: int | None = None) -> None:
         """Of a list that grows, or of its first `most`, the constraints that the solver does not know yet."""
@@ -58,11 +59,6 @@ class Question:
             raise LimitReached(str(reason)) from None
         finally:
             self._solver.pop()
-
-    @property
-    def told(self) -> Sequence[z3.BoolRef]:
-        """What the solver knows, for another one."""
-        return self._told
 
 
 def smt2(terms: Sequence[z3.BoolRef]) -> str:

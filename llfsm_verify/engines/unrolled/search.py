@@ -14,9 +14,9 @@ from llfsm_verify.backends.smt.solver import SolverBudget
 from llfsm_verify.backends.smt.unrolling import Unrolling
 from llfsm_verify.checking.claims import Claim, add_premises, claim_of, unconditional
 from llfsm_verify.checking.engine import Answer, Given, Unknown, Violated
+from llfsm_verify.checking.goals.automata import RegularGoal
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, bad_prefixes_of
 from llfsm_verify.checking.goals.kinds import FormulaGoal
-from llfsm_verify.checking.goals.regular import RegularGoal
 from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.verdict import Exploration, Progress
 from llfsm_verify.engines.unrolled.encoding import Encoding, Loops

@@ -342,7 +342,7 @@ class _UpdateCheck:
         key = explorer.graph.key(found.walk[0])
         values, plain = self._after.layout.decode(key), Layout.of(self._after.plain)
         record = plain.encode_record({**values, **plain.initial_outputs()})
-        moves = found.moves or tuple(explorer.moves(found.walk))
+        moves = found.moves or tuple(explorer.witnesses.along(found.walk))
         return Counterexample(record, self._after.states(key), moves, later, found.endless)
 
 

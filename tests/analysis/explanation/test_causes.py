@@ -8,9 +8,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from llfsm_verify.analysis.explanation.causes import causes
+from llfsm_verify.analysis.explanation.causes import Reading, causes
 from llfsm_verify.analysis.explanation.explain import exact_causes
-from llfsm_verify.analysis.explanation.readings import Reading
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.logic.bounds import TICK, Clock
 from llfsm_verify.logic.formula import Formula, apply, atom

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Sequence
 
 from hypothesis import strategies as st
 
-from llfsm_verify.kripke.graph import Graph
+from llfsm_verify.kripke.graph import EPSILON, Graph
 from llfsm_verify.kripke.product import Sizes
 from llfsm_verify.kripke.product_search import Projection, Walk
 from llfsm_verify.logic.formula import Formula, atoms
@@ -32,9 +33,7 @@ Edges = Sequence[Sequence[tuple[int, int | None]]]
 def made(edges: Edges, roots: int = 1) -> Graph:
     """A graph from the (target, letter) pairs of each node."""
     alphabet = sorted({letter for row in edges for _, letter in row if letter is not None})
-    return Graph.of_edges(
-        [[(t, None if x is None else alphabet.index(x)) for t, x in row] for row in edges], alphabet, roots
-    )
+    return of_edges([[(t, None if x is None else alphabet.index(x)) for t, x in row] for row in edges], alphabet, roots)
 
 
 @st.composite
@@ -90,3 +89,25 @@ def satisfies(formula: Formula, stem: Sequence[int], loop: Sequence[int]) -> boo
 def names(letter: int) -> frozenset[str]:
     """The atoms of a letter."""
     return frozenset(k for i, k in enumerate(KEYS) if letter >> i & 1)
+
+
+def of_edges(edges: Sequence[Sequence[tuple[int, int | None]]], alphabet: Sequence[int], roots: int) -> Graph:
+    """A complete graph from the (successor, label) pairs of each node, label None for `EPSILON`. The key of node i is
+    the number i."""
+    graph = Graph(words=1, configuration_bytes=8, roots=roots, alphabet=list(alphabet))
+    graph.count = graph.expanded = graph.configurations = len(edges)
+    first, targets, labels = array("q", [0]), array("I"), array("I")
+    for pairs in edges:
+        for target, label in pairs:
+            targets.append(target)
+            labels.append(EPSILON if label is None else label)
+        first.append(len(targets))
+    graph.edge_count = len(targets)
+    graph.has_silent_edges = EPSILON in labels
+    graph.transitions = sum(len({t for t, _ in pairs}) for pairs in edges)
+    graph.keys.write(array("q", range(len(edges))).tobytes())
+    graph.parents.write(array("I", range(len(edges))).tobytes())
+    for region, data in ((graph.first, first), (graph.targets, targets), (graph.labels, labels)):
+        region.write(data.tobytes())
+    graph.complete = True
+    return graph

@@ -22,13 +22,11 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.inductive import certify
 from llfsm_verify.engines.inductive.certify import BASE, STEP, Certifier, CheckedProof, Rejection, is_installed
-from llfsm_verify.engines.inductive.induction import Induction
 from llfsm_verify.engines.inductive.invariant import Invariant
 from llfsm_verify.engines.inductive.observers import Prefixes
-from llfsm_verify.engines.inductive.plans import plan_of
+from llfsm_verify.engines.inductive.provers import Induction, Spacer
 from llfsm_verify.engines.inductive.recheck import Rechecking, Saved, read_saved, saved_text
-from llfsm_verify.engines.inductive.spacer import Spacer
-from llfsm_verify.engines.inductive.system import Proved, System
+from llfsm_verify.engines.inductive.system import Proved, System, plan_of
 from llfsm_verify.engines.unrolled.runs import BAD, Table
 from llfsm_verify.kripke.observing import observed_outputs
 from llfsm_verify.limits import Budget, Limits

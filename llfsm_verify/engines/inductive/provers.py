@@ -1,4 +1,6 @@
-"""Property-directed reachability: Z3's Spacer over the relation of one unit of steps."""
+"""The provers: k-induction with simple paths, and property-directed reachability by Z3's Spacer over the relation of
+one unit of steps.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +14,87 @@ from llfsm_verify.backends.smt.arithmetic import Term, is_bool
 from llfsm_verify.backends.smt.solver import SolverBudget, wait_for
 from llfsm_verify.engines.inductive.invariant import Invariant, Unreadable, read
 from llfsm_verify.engines.inductive.observers import Scalar, State, text_of
-from llfsm_verify.engines.inductive.system import Answer, Proved, Reached, System, Undecided
+from llfsm_verify.engines.inductive.system import (
+    Answer,
+    Course,
+    Proved,
+    Reached,
+    System,
+    Undecided,
+    differ,
+    undistinguished,
+)
+from llfsm_verify.engines.unrolled.question import Exhausted, Question
 from llfsm_verify.limits import Budget
 from llfsm_verify.program.program import Const, Expr, Get, Int
 from llfsm_verify.program.terms import TRUE, conjunction, op
+
+
+class Induction:
+    """Longer and longer runs, from the beginning and from anywhere, until no run from anywhere ends badly.
+
+    Sources: M. Sheeran, S. Singh and G. Stålmarck, Checking safety properties using induction and a SAT-solver, FMCAD
+    2000; N. Eén and N. Sörensson, Temporal induction by incremental SAT solving, BMC 2003 (states are told apart when a
+    model has two that are equal).
+    """
+
+    name = "induction"
+    depth = 30
+    effort = 40_000_000
+    integers = False
+
+    def ask(
+        self, system: System, budget: Budget, depth: int, effort: int, total: SolverBudget, known: Sequence[Expr] = ()
+    ) -> Answer:
+        """`depth`: the largest k."""
+        finite = system.terms.arithmetic.name == "bit-vectors"
+        begun, beginning = system.course("begun"), Question(finite=finite, effort=effort, total=total)
+        going, anywhere = system.course("going", anywhere=True), Question(finite=finite, effort=effort, total=total)
+        if z3.is_true(begun.bad):
+            return Reached()
+        anywhere.add([system.formula(lemma, going.state) for lemma in known])
+        states: list[State] = [going.state]
+        try:
+            if not z3.is_false(begun.bad):
+                beginning.learn(begun.constraints)
+                if beginning.ask([begun.bad], budget) is not None:
+                    return Reached()
+                beginning.learn([z3.Not(begun.bad)])
+            for k in range(depth + 1):
+                if not _may_be_bad(going, anywhere, budget, states):
+                    return Proved(Invariant(system.target, conjunction(list(known)), k))
+                states.append(going.state)
+                if _may_be_bad(begun, beginning, budget, ()):
+                    return Reached()
+        except Exhausted:
+            return Undecided("the solver gave up on a question of k-induction")
+        return Undecided(f"it is not k-inductive for k up to {depth:,}")
+
+
+def _may_be_bad(course: Course, question: Question, budget: Budget, states: Sequence[State]) -> bool:
+    """Go on by a unit, and whether it may be bad; `states` are all different."""
+    possible = False
+    sent = len(course.constraints)
+    stages = course.advance()
+    question.add(course.constraints[:sent])
+    for stage in stages:
+        question.add(course.constraints[sent : stage.known])
+        sent = max(sent, stage.known)
+        possible = possible or _reached(question, stage.bad, budget, states)
+    question.add(course.constraints[sent:])
+    return possible
+
+
+def _reached(question: Question, bad: z3.BoolRef, budget: Budget, states: Sequence[State]) -> bool:
+    while True:
+        model = question.ask([bad], budget)
+        if model is None:
+            return False
+        equal = undistinguished(model, states)
+        if equal is None:
+            return True
+        question.add([differ(*equal)])
+
 
 MAX_LABELS = 16
 """Enumerations and states of machines with up to so many values are Bools, one a value: lemmas are shorter by it."""
