@@ -54,6 +54,10 @@ if TYPE_CHECKING:
     from llfsm_verify.checking.replay.confirm import Letter, Schedule, atoms_of, first_letter
     from llfsm_verify.checking.replay.execution import Execution
     from llfsm_verify.checking.verdict import Exploration, Result
+    from llfsm_verify.cli.commands import COMMANDS, CommandEntry
+    from llfsm_verify.cli.io.output import Output
+    from llfsm_verify.cli.parser import Parser as CommandParser
+    from llfsm_verify.cli.parser import UsageError
     from llfsm_verify.diagnostics import Source, Span
     from llfsm_verify.jsonvalue import Json
     from llfsm_verify.kripke.observing import observed_outputs
@@ -274,20 +278,20 @@ _PLACES = {
 """Where each name is, below this package."""
 
 __all__ = [
-    "ARRANGEMENTS", "COUNT", "DRAWINGS", "ENGINES", "FILE", "FLAG", "FRONT_ENDS", "LOGS", "MACHINES", "NUMBER",
-    "PORTS", "REPORTS", "SECONDS", "SWITCH", "TIMELINES", "TRUTHS", "UNREADABLE", "WHEN", "WRITERS", "WRONG_PORT",
-    "Answer", "ArrangementDraft", "Automaton", "AutomatonTooLarge", "DebugAnswer", "DebugError", "DebugSession",
-    "Draft", "DrawnEdge", "DrawnNode", "EngineEntry", "EngineOption", "EngineOptions", "Entry", "Execution",
-    "Exploration", "Field", "Given", "GivenArrangement", "Goal", "Graph", "Holds", "InstanceDraft", "Int",
-    "Interpreter", "Json", "Lazy", "Letter", "LimitReached", "LinePort", "Link", "MachineDraft", "Move", "NoColumn",
-    "Node", "Package", "ParameterDraft", "Port", "PortKind", "PrefixMonitor", "ProcessDraft", "Reading", "Registry",
-    "Report", "ReportEntry", "Result", "Row", "Scalar", "Schedule", "Sequence", "Session", "Shown", "Signal",
-    "Single", "Source", "Span", "Started", "StateDraft", "Style", "Table", "Timeline", "TimelineRow",
-    "TransitionDraft", "Turn", "Unknown", "Unopened", "Unreadable", "Value", "Var", "VariableDraft", "Violated",
-    "Wanted", "WhiteboardDraft", "Words", "Written", "add_premises", "atoms_of", "bad_prefixes_of", "cell_text",
-    "claim_of", "evaluate", "find_accepting_lasso", "first_letter", "implied", "lines_of", "lost_at", "mark", "mask",
-    "moves_of", "observed_outputs", "parse_command", "reached", "read_named", "read_source", "text", "tick",
-    "whole_number", "written",
+    "ARRANGEMENTS", "COMMANDS", "COUNT", "DRAWINGS", "ENGINES", "FILE", "FLAG", "FRONT_ENDS", "LOGS", "MACHINES",
+    "NUMBER", "PORTS", "REPORTS", "SECONDS", "SWITCH", "TIMELINES", "TRUTHS", "UNREADABLE", "WHEN", "WRITERS",
+    "WRONG_PORT", "Answer", "ArrangementDraft", "Automaton", "AutomatonTooLarge", "CommandEntry", "CommandParser",
+    "DebugAnswer", "DebugError", "DebugSession", "Draft", "DrawnEdge", "DrawnNode", "EngineEntry", "EngineOption",
+    "EngineOptions", "Entry", "Execution", "Exploration", "Field", "Given", "GivenArrangement", "Goal", "Graph",
+    "Holds", "InstanceDraft", "Int", "Interpreter", "Json", "Lazy", "Letter", "LimitReached", "LinePort", "Link",
+    "MachineDraft", "Move", "NoColumn", "Node", "Output", "Package", "ParameterDraft", "Port", "PortKind",
+    "PrefixMonitor", "ProcessDraft", "Reading", "Registry", "Report", "ReportEntry", "Result", "Row", "Scalar",
+    "Schedule", "Sequence", "Session", "Shown", "Signal", "Single", "Source", "Span", "Started", "StateDraft",
+    "Style", "Table", "Timeline", "TimelineRow", "TransitionDraft", "Turn", "Unknown", "Unopened", "Unreadable",
+    "UsageError", "Value", "Var", "VariableDraft", "Violated", "Wanted", "WhiteboardDraft", "Words", "Written",
+    "add_premises", "atoms_of", "bad_prefixes_of", "cell_text", "claim_of", "evaluate", "find_accepting_lasso",
+    "first_letter", "implied", "lines_of", "lost_at", "mark", "mask", "moves_of", "observed_outputs",
+    "parse_command", "reached", "read_named", "read_source", "text", "tick", "whole_number", "written",
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # a type checker shall find a name that there is not
