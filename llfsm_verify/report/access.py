@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 from llfsm_verify.arrangement.access import Access
 from llfsm_verify.arrangement.model import Arrangement, Machine
@@ -70,30 +71,33 @@ def report_json(arrangement: Arrangement, digest: str) -> str:
 def access_text(arrangement: Arrangement, digest: str) -> str:
     """A few lines for each machine and user."""
     access, every = arrangement.access, rights(arrangement)
-    lines = []
-    if access is None:
-        lines.append("there is no `access`: each machine may do everything")
-    else:
-        lines.append(f"levels, the lowest first: {', '.join(access.levels)}")
+    first = "there is no `access`: each machine may do everything"
+    lines = [first if access is None else f"levels, the lowest first: {', '.join(access.levels)}"]
     for machine in arrangement.machines:
-        own = [r for r in every if r.who == machine.name]
-        level = _level(access, machine)
-        lines.append(f"machine {machine.name}" + (f" ({level})" if level else ""))
-        lines += _listed("does", [r for r in own if r.does and r.may])
-        lines += _listed("is refused", [r for r in own if r.does and not r.may])
-        if access is not None:
-            lines += _listed("may also", [r for r in own if r.may and not r.does and not _common(access, r)])
+        lines += _machine_lines(access, machine, [r for r in every if r.who == machine.name])
+    return "\n".join([*lines, *_user_lines(arrangement), f"policy {digest}"]) + "\n"
+
+
+def _machine_lines(access: Access | None, machine: Machine, own: list[Right]) -> Iterator[str]:
+    level = _level(access, machine)
+    yield f"machine {machine.name}" + (f" ({level})" if level else "")
+    yield from _listed("does", [r for r in own if r.does and r.may])
+    yield from _listed("is refused", [r for r in own if r.does and not r.may])
+    if access is not None:
+        yield from _listed("may also", [r for r in own if r.may and not r.does and not _common(access, r)])
+
+
+def _user_lines(arrangement: Arrangement) -> Iterator[str]:
+    access = arrangement.access
     users: dict[str, int] = {} if access is None else dict(access.users)
     declared = [(o.kind, o.target) for o in (*arrangement.operators, *arrangement.replaceable)]
     for user in [*users, "others"] if declared else users:
         level = "" if access is None else f" ({access.levels[users.get(user, 0)]})"
-        lines.append(f"user {user}{level}" if user != "others" else f"other users{level}")
+        yield f"user {user}{level}" if user != "others" else f"other users{level}"
         granted = [pair for pair in declared if _granted(access, users.get(user, 0), *pair)]
-        lines += _listed("may", [Right(user, kind, target, True, False) for kind, target in granted])
+        yield from _listed("may", [Right(user, kind, target, True, False) for kind, target in granted])
         if user in {operator.target for operator in arrangement.policy_users}:
-            lines.append("  may change the policy")
-    lines.append(f"policy {digest}")
-    return "\n".join(lines) + "\n"
+            yield "  may change the policy"
 
 
 def access_graph(arrangement: Arrangement) -> Graph:
@@ -101,27 +105,28 @@ def access_graph(arrangement: Arrangement) -> Graph:
     dashed ones: may, and does not."""
     access = arrangement.access
     keys = {m.name: f"m{i}" for i, m in enumerate(arrangement.machines)}
-    slots = {w.variable.name: f"w{i}" for i, w in enumerate(arrangement.whiteboard) if w.role != "input"}
+    written = {f"w{i}": w for i, w in enumerate(arrangement.whiteboard) if w.role != "input"}
+    slots = {w.variable.name: key for key, w in written.items()}
     nodes = [
         Node(keys[m.name], m.name, tuple(filter(None, [_level(access, m)])), "machine") for m in arrangement.machines
     ]
-    nodes += [
-        Node(slots[w.variable.name], w.variable.name, _class(access, w.variable.name), w.role)
-        for w in arrangement.whiteboard
-        if w.role != "input"
-    ]
+    nodes += [Node(k, w.variable.name, _class(access, w.variable.name), w.role) for k, w in written.items()]
     edges: dict[tuple[str, str, bool], list[str]] = {}
-    for r in rights(arrangement):
-        if r.does or (r.may and access is not None and not _common(access, r)):
-            target = slots[r.target] if r.what == WRITE else keys[r.target]
-            what = r.what if r.may else f"{r.what} (refused)"
-            edges.setdefault((keys[r.who], target, r.does), []).append("" if what == WRITE else what)
+    for r in filter(partial(_drawn, access), rights(arrangement)):
+        target = slots[r.target] if r.what == WRITE else keys[r.target]
+        what = r.what if r.may else f"{r.what} (refused)"
+        edges.setdefault((keys[r.who], target, r.does), []).append("" if what == WRITE else what)
     drawn = tuple(
         Edge(source, target, ", ".join(filter(None, what)), "write" if does else "read")
         for (source, target, does), what in edges.items()
     )
     legend: tuple[tuple[EdgeKind, str], ...] = (("write", "does"), ("read", "may, and does not"))
     return Graph(f"{arrangement.name}: who may do what", tuple(nodes), drawn, "arrangement", legend)
+
+
+def _drawn(access: Access | None, right: Right) -> bool:
+    """It is used, or not everyone has it."""
+    return right.does or (right.may and access is not None and not _common(access, right))
 
 
 def _common(access: Access, right: Right) -> bool:

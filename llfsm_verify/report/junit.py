@@ -5,7 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.verdict import Result, Verdict
+from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
 from llfsm_verify.logic.properties import asked_text
 from llfsm_verify.report.tracetable import initial_text, rows
 from llfsm_verify.report.wording import (
@@ -42,29 +42,7 @@ def report(result: Result, *_: object) -> str:
     root = ET.Element("testsuites", {"name": "llfsm-verify", **counts})
     suite = ET.SubElement(root, "testsuite", {"name": _clean(result.arrangement), **counts, "skipped": "0"})
     for item in result.properties:
-        case = _case(suite, result, item.name)
-        sentences = vacuity_texts(result, item)
-        traces = [] if item.trace is None else [item.trace, *item.more]
-        _outcome(
-            case,
-            item.verdict,
-            f"{item.name}: {verdict_text(result, item)}: {asked_text(item.kind, item.text)}",
-            "\n".join(filter(None, [item.reason, *sentences])) if is_contradicted(item) else item.reason,
-            traces,
-        )
-        if result.is_claimed(item.verdict):
-            _claimed(case, item.name, sentences)
-        elif result.is_empty(item):
-            attributes = {"type": "vacuous", "message": _clean(f"{item.name}: {sentences[0]}")}
-            escape = result.escape_of(item)
-            runs = [] if escape is None else ["", _trace(escape)]
-            ET.SubElement(case, "failure", attributes).text = _clean("\n".join([*sentences, *runs]))
-        elif result.is_unseen(item):
-            attributes = {"type": "unknown", "message": _clean(f"{item.name}: {sentences[-1]}")}
-            ET.SubElement(case, "error", attributes).text = _clean("\n".join(sentences))
-        if item.verdict is Verdict.HOLDS:
-            lines = [f"{verdict_text(result, item)}: {asked_text(item.kind, item.text)}", *sentences]
-            ET.SubElement(case, "system-out").text = _clean("\n".join(lines))
+        _property_case(_case(suite, result, item.name), result, item)
     case = _case(suite, result, "faults")
     messages = [f"{f.site.span or result.path}: {f.site.code}: {f.site.message}" for f in result.faults.findings]
     message = "; ".join([fault_text(result), *messages])
@@ -75,6 +53,27 @@ def report(result: Result, *_: object) -> str:
     ET.SubElement(suite, "system-out").text = _clean(summary_text(result))
     ET.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode")
+
+
+def _property_case(case: ET.Element, result: Result, item: PropertyResult) -> None:
+    """What was found of a property."""
+    words = f"{verdict_text(result, item)}: {asked_text(item.kind, item.text)}"
+    sentences = vacuity_texts(result, item)
+    traces = [] if item.trace is None else [item.trace, *item.more]
+    reason = "\n".join(filter(None, [item.reason, *sentences])) if is_contradicted(item) else item.reason
+    _outcome(case, item.verdict, f"{item.name}: {words}", reason, traces)
+    if result.is_claimed(item.verdict):
+        _claimed(case, item.name, sentences)
+    elif result.is_empty(item):
+        attributes = {"type": "vacuous", "message": _clean(f"{item.name}: {sentences[0]}")}
+        escape = result.escape_of(item)
+        runs = [] if escape is None else ["", _trace(escape)]
+        ET.SubElement(case, "failure", attributes).text = _clean("\n".join([*sentences, *runs]))
+    elif result.is_unseen(item):
+        attributes = {"type": "unknown", "message": _clean(f"{item.name}: {sentences[-1]}")}
+        ET.SubElement(case, "error", attributes).text = _clean("\n".join(sentences))
+    if item.verdict is Verdict.HOLDS:
+        ET.SubElement(case, "system-out").text = _clean("\n".join([words, *sentences]))
 
 
 def _case(suite: ET.Element, result: Result, name: str) -> ET.Element:

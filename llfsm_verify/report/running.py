@@ -8,7 +8,7 @@ from pathlib import Path
 from signal import Signals
 
 from llfsm_verify.diagnostics import counted
-from llfsm_verify.runtime.live.run import RunReport
+from llfsm_verify.runtime.live.run import Lateness, RunReport
 from llfsm_verify.runtime.ports.ports import Counts
 from llfsm_verify.runtime.stepping.visited import never_visited
 
@@ -30,29 +30,15 @@ def report_lines(
     report: RunReport, cycle_ms: Fraction, recordings: Sequence[str | Path], failure: str | None = None
 ) -> Iterator[str]:
     """What ran and for how long, how late, why it ended (`failure`: what stopped it), and what is recorded."""
-    if report.fault is not None:
-        where = f"{report.fault.span}: " if report.fault.span is not None else ""
-        why = f"fault[{report.fault.code}]: {where}{report.fault.message}"
-    else:
-        why = ENDINGS[report.ending]
-        if report.ending == "stopped" and report.detail not in EXPECTED:
-            named = report.detail in set(Signals)
-            why = f"stopped by {Signals(report.detail).name if named else f'signal {report.detail}'}"
-        if failure is not None and report.ending == "stopped":
-            why = f"{why}: {failure}"
     logical = float(report.cycles * cycle_ms / 1000)
     yield (
         f"{counted(report.cycles, 'cycle')} ({counted(report.ringlets, 'ringlet')}), {logical:g} s of logical time, "
-        f"in {report.seconds:.2f} s: {why}"
+        f"in {report.seconds:.2f} s: {_why(report, failure)}"
     )
     if report.priority is not None:
         yield report.priority
-    late = report.lateness
-    if late is not None and late.turns:
-        told = ", ".join(f"{percent:g} % within {duration(value)}" for percent, value in late.percentiles)
-        yield f"lateness: {told}, worst {duration(late.worst)}; {counted(late.overruns, 'overrun')}" + (
-            f", which moved the schedule by {duration(late.moved)}" if late.overruns else ""
-        )
+    if report.lateness is not None and report.lateness.turns:
+        yield _lateness(report.lateness)
     if report.refused:
         yield f"{counted(report.refused, 'value')} from outside did not fit the type of an input and left it as it was"
     for name, verdict, frame in report.monitored:
@@ -63,6 +49,24 @@ def report_lines(
         yield f"recorded: {', '.join(map(str, recordings))} ({counted(report.recorded, 'frame')})"
     if report.unrecorded is not None:
         yield f"the recording ended before the run: {report.unrecorded}"
+
+
+def _why(report: RunReport, failure: str | None) -> str:
+    """Why a run ended."""
+    if report.fault is not None:
+        where = f"{report.fault.span}: " if report.fault.span is not None else ""
+        return f"fault[{report.fault.code}]: {where}{report.fault.message}"
+    why = ENDINGS[report.ending]
+    if report.ending == "stopped" and report.detail not in EXPECTED:
+        named = report.detail in set(Signals)
+        why = f"stopped by {Signals(report.detail).name if named else f'signal {report.detail}'}"
+    return f"{why}: {failure}" if failure is not None and report.ending == "stopped" else why
+
+
+def _lateness(late: Lateness) -> str:
+    told = ", ".join(f"{percent:g} % within {duration(value)}" for percent, value in late.percentiles)
+    moved = f", which moved the schedule by {duration(late.moved)}" if late.overruns else ""
+    return f"lateness: {told}, worst {duration(late.worst)}; {counted(late.overruns, 'overrun')}{moved}"
 
 
 def port_lines(counts: Mapping[str, Counts]) -> Iterator[str]:

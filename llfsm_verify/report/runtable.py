@@ -75,12 +75,8 @@ def _columns(
     """
     machines = program.machines
     fired = [f"→ {m.states[t.target]} when {t.text}" for m in machines for ts in m.transitions for t in ts]
-    names = {c.source: c for c in program.choices}
-    inputs = [f"{name} = {held.get(name) or _widest(choice)}" for name, choice in names.items()]
-    inputs += filter(None, [_free(program, dict(initial))])
-    values = [text for var in program.vars for text in (*var.origin.labels, *_bounds(var.type))]
-    value = "x" * min(max(map(len, values), default=0), WIDE_VALUE)
-    changes = [f"{name}: {value} → {value}" for name, _ in initial]
+    inputs = [*_widest_inputs(program, held), *filter(None, [_free(program, dict(initial))])]
+    value = _wide_value(program)
     cells: dict[str, list[str]] = {
         "step": [f" {last}"],
         "cycle": [str(last)] if len(program.slots) > 1 else [],
@@ -90,15 +86,26 @@ def _columns(
         "state": [name for m in machines for name in m.states],
         "fired": [*fired, beginning],
         "inputs": [", ".join(inputs)] if sum(map(len, inputs)) < WIDE_INPUTS else [f"{text}," for text in inputs],
-        "changes": changes,
+        "changes": [f"{name}: {value} → {value}" for name, _ in initial],
         "property": [],
     }
     return [column.holding(cells[column.title]) if any(cells[column.title]) else column for column in COLUMNS]
 
 
+def _wide_value(program: Program) -> str:
+    """As wide as the values of most variables."""
+    values = [text for var in program.vars for text in (*var.origin.labels, *_bounds(var.type))]
+    return "x" * min(max(map(len, values), default=0), WIDE_VALUE)
+
+
 def _free(program: Program, initial: Mapping[str, str]) -> str:
     """The inputs that got a value before the run, which they keep."""
     return ", ".join(f"{v.name} = {initial[v.name]}" for v in program.vars if v.free)
+
+
+def _widest_inputs(program: Program, held: Mapping[str, str]) -> list[str]:
+    choices = {choice.source: choice for choice in program.choices}
+    return [f"{name} = {held.get(name) or _widest(choice)}" for name, choice in choices.items()]
 
 
 def _widest(choice: Choice) -> str:

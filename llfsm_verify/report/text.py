@@ -46,10 +46,18 @@ def result_text(
 ) -> Iterator[RenderableType]:
     """What `llfsm verify --format text` prints; `quiet` leaves out everything but the verdicts, and what was asked for
     beside them."""
+    yield from _first_verdicts(result, quiet=quiet)
+    if not quiet:
+        yield from _runs(result, fold=fold)
+        yield Text()
+        yield from _ending(result, whole)
+
+
+def _first_verdicts(result: Result, *, quiet: bool) -> Iterator[Text]:
+    """A verdict of each property with its formula, and that of faults."""
     width = max((len(name_cell(p.name)) for p in result.properties), default=6)
-    words = max(len(verdict_text(result, p)) for p in result.properties) if result.properties else 8
     faults = verdict_word(result, result.faults.verdict)
-    words = max(words, len(faults))
+    words = max(len(faults), max((len(verdict_text(result, p)) for p in result.properties), default=8))
     for item in result.properties:
         findings = vacuity_texts(result, item) if result.asked_vacuity or not quiet else []
         yield _verdict_line(result, verdict_text(result, item).ljust(words), item, width, findings)
@@ -60,40 +68,44 @@ def result_text(
     if result.is_claimed(result.faults.verdict):
         line.append(f"\n{' ' * words}  {' ' * width}  {CLAIMED}", "bold red")
     yield line
-    if quiet:
-        return
+
+
+def _runs(result: Result, *, fold: bool) -> Iterator[RenderableType]:
+    """Counterexamples, witnesses, proofs and runs into faults, each below its title."""
+    assuming = f" ({under_assumptions(result)})" if result.assumptions else ""
     for item in result.properties:
         if item.trace is not None:
-            yield Text()
-            assuming = f" ({under_assumptions(result)})" if result.assumptions else ""
-            yield Text(f"{item.name} is {item.verdict.value}{assuming}: {asked_text(item.kind, item.text)}", "bold")
-            yield from trace_text(item.trace, fold=fold)
-            for note in item.notes:
-                yield Text(f"Note: {note}.")
+            title = f"{item.name} is {item.verdict.value}{assuming}: {asked_text(item.kind, item.text)}"
+            yield from _titled(title, item.trace, fold=fold)
+            yield from (Text(f"Note: {note}.") for note in item.notes)
             yield from _others(item, fold=fold)
     if result.escape is not None:
-        yield Text()
-        yield Text(f"A run in which the arrangement escapes the assumptions ({', '.join(result.assumptions)}):", "bold")
-        yield from trace_text(result.escape, fold=fold)
+        title = f"A run in which the arrangement escapes the assumptions ({', '.join(result.assumptions)}):"
+        yield from _titled(title, result.escape, fold=fold)
     for item in result.properties:
         if item.witness is not None:
-            yield Text()
-            yield Text(f"{item.name} holds, for example in this run: {asked_text(item.kind, item.text)}", "bold")
-            yield from trace_text(item.witness, fold=fold)
+            title = f"{item.name} holds, for example in this run: {asked_text(item.kind, item.text)}"
+            yield from _titled(title, item.witness, fold=fold)
     for name, proofs in [*((p.name, p.proofs) for p in result.properties), ("faults", result.faults.proofs)]:
         yield from proofs_text(name, proofs)
     for finding in result.faults.findings:
-        yield Text()
-        yield Text(fault_place(finding.site), "bold")
-        yield from trace_text(finding.trace, fold=fold)
+        yield from _titled(fault_place(finding.site), finding.trace, fold=fold)
+
+
+def _titled(title: str, trace: Trace, *, fold: bool) -> Iterator[RenderableType]:
     yield Text()
+    yield Text(title, "bold")
+    yield from trace_text(trace, fold=fold)
+
+
+def _ending(result: Result, whole: float | None) -> Iterator[Text]:
+    """What the search came to, and what there is to say of it."""
     runs = [trace for item in result.properties for trace in (item.trace, item.witness) if trace is not None]
     if result.faults.findings or result.escape is not None or runs:
         yield from _verdicts(result)
         yield Text()
     yield Text(summary_text(result, whole))
-    for sentence in attempt_texts(result.attempts):
-        yield Text(f"  {sentence}")
+    yield from (Text(f"  {sentence}") for sentence in attempt_texts(result.attempts))
     if result.exploration.longest is not None:
         yield Text(f"{ending_text(result.exploration.longest)}{resumed_text(result)}")
     if result.exploration.left_out:
@@ -156,9 +168,7 @@ def _others(item: PropertyResult, *, fold: bool) -> Iterator[RenderableType]:
     """The counterexamples that `--all` asked for."""
     count = 1 + len(item.more)
     for number, trace in enumerate(item.more, 2):
-        yield Text()
-        yield Text(f"{item.name} is violated on another path ({number} of {count}):", "bold")
-        yield from trace_text(trace, fold=fold)
+        yield from _titled(f"{item.name} is violated on another path ({number} of {count}):", trace, fold=fold)
     if item.only is not None:
         found = "one counterexample is" if count == 1 else f"{count} counterexamples are"
         yield Text(f"No more than {found} shown: {item.only}.")

@@ -52,10 +52,11 @@ _CENTRED = frozenset({"input", "output", "shared"})
 
 def dot(graph: Graph) -> str:
     """The graph as a `digraph`, UTF-8."""
-    bars = _bars(graph) if graph.kind == "machine" else None
-    if bars is None:
+    machine = graph.kind == "machine"
+    bars = _bars(graph) if machine else ""
+    if not machine:
         graph = with_legend(graph)
-    spacing = "rankdir=TB nodesep=0.4 ranksep=0.6" if graph.kind == "machine" else "rankdir=LR nodesep=0.2 ranksep=0.8"
+    spacing = "rankdir=TB nodesep=0.4 ranksep=0.6" if machine else "rankdir=LR nodesep=0.2 ranksep=0.8"
     lines = [
         f"digraph {_quoted(graph.title)} {{",
         f"  graph [label={_quoted(graph.title)} labelloc=t fontname=Helvetica fontsize=13 {spacing}];",
@@ -63,25 +64,27 @@ def dot(graph: Graph) -> str:
         "  edge [fontname=Helvetica fontsize=10];",
     ]
     # A frame does not grow with the labels of the arrows in it, so machines have none: their titles head them.
-    groups = dict.fromkeys(node.group for node in graph.nodes) if graph.kind == "arrangement" else ()
-    for number, group in enumerate(groups):
-        inside = [_node(node) for node in graph.nodes if node.group == group]
-        if group == LEGEND:
-            inside.reverse()  # what is written last is on top
-        if group:
-            colour = " color=gray" if group == LEGEND else ""
-            lines += [f"  subgraph cluster_{number} {{", f"    graph [label={_quoted(group)} fontsize=11{colour}];"]
-            lines += [f"  {line}" for line in inside]
-            lines.append("  }")
-        else:
-            lines += inside
-    if graph.kind == "machine":
-        lines += [_node(node) for node in graph.nodes]
+    lines += map(_node, graph.nodes) if machine else _frames(graph)
     keys = {node.key for node in graph.nodes if node.group == LEGEND}
     lines += [bars] if bars else []
     lines += [_edge(edge, free=edge.kind == "turn" and edge.source not in keys) for edge in graph.edges]
-    lines += _beside(graph) if graph.kind == "machine" else ()
+    lines += _beside(graph) if machine else ()
     return "\n".join([*lines, "}"]) + "\n"
+
+
+def _frames(graph: Graph) -> Iterator[str]:
+    """The nodes, those of a group in a frame."""
+    for number, group in enumerate(dict.fromkeys(node.group for node in graph.nodes)):
+        inside = [_node(node) for node in graph.nodes if node.group == group]
+        if group == LEGEND:
+            inside.reverse()  # what is written last is on top
+        if not group:
+            yield from inside
+            continue
+        colour = " color=gray" if group == LEGEND else ""
+        yield from (f"  subgraph cluster_{number} {{", f"    graph [label={_quoted(group)} fontsize=11{colour}];")
+        yield from (f"  {line}" for line in inside)
+        yield "  }"
 
 
 def _beside(graph: Graph) -> Iterator[str]:

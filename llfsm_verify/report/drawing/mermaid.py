@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from llfsm_verify.report.drawing.graph import Edge, Graph, Node, with_legend
 
 _SHAPES = {
@@ -49,23 +51,28 @@ def mermaid(graph: Graph) -> str:
     """The graph as a flowchart: Mermaid's own state diagrams have no place for the text of several actions."""
     graph = with_legend(graph)
     lines = ["---", f"title: {_title(graph.title)}", "---", f"flowchart {'TB' if graph.kind == 'machine' else 'LR'}"]
-    groups = dict.fromkeys(node.group for node in graph.nodes)
-    for number, group in enumerate(groups):
+    return "\n".join([*lines, *_frames(graph), *map(_edge, graph.edges), *_styles(graph)]) + "\n"
+
+
+def _frames(graph: Graph) -> Iterator[str]:
+    """The nodes, those of a group in a frame."""
+    for number, group in enumerate(dict.fromkeys(node.group for node in graph.nodes)):
         inside = [_node(node) for node in graph.nodes if node.group == group]
         if group:
-            lines += [f'  subgraph g{number} ["{_escaped(group)}"]', *(f"  {line}" for line in inside), "  end"]
+            yield from (f'  subgraph g{number} ["{_escaped(group)}"]', *(f"  {line}" for line in inside), "  end")
         else:
-            lines += inside
-    lines += [_edge(edge) for edge in graph.edges]
-    dashed = [node.key for node in graph.nodes if node.kind == "suspend"]
-    lines += [f"  style {key} stroke-dasharray: 5 5" for key in dashed]
-    lines += _class("bare", "fill:none,stroke:none", [n.key for n in graph.nodes if n.kind in _BARE])
+            yield from inside
+
+
+def _styles(graph: Graph) -> Iterator[str]:
+    yield from (f"  style {node.key} stroke-dasharray: 5 5" for node in graph.nodes if node.kind == "suspend")
+    yield from _class("bare", "fill:none,stroke:none", [n.key for n in graph.nodes if n.kind in _BARE])
     for mark, style in _MARKS.items():
-        lines += _class(mark, style, [node.key for node in graph.nodes if node.mark == mark])
+        yield from _class(mark, style, [node.key for node in graph.nodes if node.mark == mark])
     for kind, style in _EDGE_STYLES.items():
         numbers = [str(number) for number, edge in enumerate(graph.edges) if edge.kind == kind]
-        lines += [f"  linkStyle {','.join(numbers)} {style}"] if numbers else []
-    return "\n".join(lines) + "\n"
+        if numbers:
+            yield f"  linkStyle {','.join(numbers)} {style}"
 
 
 def _class(name: str, style: str, keys: list[str]) -> list[str]:
