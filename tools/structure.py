@@ -16,6 +16,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = "llfsm_verify"
+DECISIONS = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.match_case, ast.Assert)
 
 
 def modules(root: Path = ROOT) -> dict[str, Path]:
@@ -97,6 +98,31 @@ def parameters_named(trees: Iterable[ast.Module], name: str) -> int:
                 given = node.args
                 count += any(a.arg == name for a in (*given.posonlyargs, *given.args, *given.kwonlyargs))
     return count
+
+
+def paths_through(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Paths through a function, those of functions in it included: one more than its decisions."""
+    count = 1
+    for node in ast.walk(function):
+        if isinstance(node, ast.BoolOp):
+            count += len(node.values) - 1
+        elif isinstance(node, ast.comprehension):
+            count += 1 + len(node.ifs)
+        else:
+            count += isinstance(node, DECISIONS)
+    return count
+
+
+def large(trees: Iterable[ast.Module], lines: int, most: int) -> list[str]:
+    """Functions of more lines, or of more paths."""
+    found = []
+    for tree in trees:
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                long = (node.end_lineno or node.lineno) - node.lineno + 1
+                if long > lines or paths_through(node) > most:
+                    found.append(f"{node.name}: {long} lines, {paths_through(node)} paths")
+    return found
 
 
 def lengths(paths: Iterable[Path]) -> list[int]:

@@ -283,25 +283,31 @@ def _json(value: Value) -> Json:
     return value if isinstance(value, bool | int | str) else text(value)
 
 
-def _draft_of(given: Arrangement) -> Draft | None:
-    """What was read of an arrangement; None: it is not from a file, or not as it stands there now."""
-    draft = read_arrangement(Given(given.path)) if Path(given.path).is_file() else None
-    return draft if draft is not None and draft.digest == given.digest else None
-
-
 def start(given: Arrangement, settings: RunSettings, cycles: int | None) -> LiveRun:
     """`Model.run`, its options checked one by one. ValueError: some do not go together."""
     if (settings.hold is not None or settings.draw) and not settings.simulated:
         raise ValueError("`hold` and `draw` say how `simulate` draws inputs")
-    recorded = settings.record is not None
-    if recorded and any(line.file is not None for line in settings.properties):
+    if settings.record is not None and any(line.file is not None for line in settings.properties):
         raise ValueError("a recording keeps the texts of properties, and automata are in files of their own")
-    draft = _draft_of(given) if recorded or given.replaceable or given.policy_users else None
-    if recorded and draft is None:
-        raise ValueError("a recording keeps the texts of its arrangement, which must come from files")
-    seed = random.SystemRandom().randrange(1 << 32) if settings.seed is None else settings.seed
-    sources = () if draft is None else draft.sources
-    settings = replace(settings, seed=seed if settings.simulated else None, sources=sources, digest=given.digest)
+    draft = _draft_of(given, settings)
+    seed = None
+    if settings.simulated:
+        seed = random.SystemRandom().randrange(1 << 32) if settings.seed is None else settings.seed
+    settings = replace(settings, seed=seed, sources=() if draft is None else draft.sources, digest=given.digest)
     how = settings.plan(given)
     loop = settings.first(how, how.code(), rounds=-1 if cycles is None else cycles)
     return LiveRun(Launch(draft, settings, how, loop))
+
+
+def _draft_of(given: Arrangement, settings: RunSettings) -> Draft | None:
+    """What was read of the arrangement, for a recording or for replacements; None where neither needs it, and for
+    replacements where it is not from a file, or not as it stands there now."""
+    recorded = settings.record is not None
+    if not (recorded or given.replaceable or given.policy_users):
+        return None
+    draft = read_arrangement(Given(given.path)) if Path(given.path).is_file() else None
+    if draft is not None and draft.digest == given.digest:
+        return draft
+    if recorded:
+        raise ValueError("a recording keeps the texts of its arrangement, which must come from files")
+    return None

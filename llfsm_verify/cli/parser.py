@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 from argparse import Action, ArgumentError, ArgumentParser, HelpFormatter, Namespace
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, NoReturn
 
 from llfsm_verify.registry import Choices, Registry, meant
@@ -25,6 +26,15 @@ class UsageError(Exception):
         from llfsm_verify.diagnostics import without_controls
 
         return f"error: {without_controls(f'{of}: {self}' if of else str(self))}"
+
+
+@contextmanager
+def wrong_usage(kind: type[Exception], option: str = "") -> Iterator[None]:
+    """An error of this `kind` is one of the command line: UsageError says it, after the `option` that it is about."""
+    try:
+        yield
+    except kind as wrong:
+        raise UsageError(f"{option}{wrong}") from None
 
 
 class Paragraphs(HelpFormatter):

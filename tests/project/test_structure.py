@@ -56,6 +56,27 @@ def test_limits_are_asked_of_the_budget_in_force():
     assert structure.parameters_named(trees, "tick") == 0
 
 
+FRONTS = ("cli", "api", "report", "runtime.launch")
+
+
+@pytest.mark.parametrize("room", FRONTS)
+def test_no_function_of_the_fronts_is_large(room: str) -> None:
+    """At most 60 lines, and 15 paths."""
+    inside = f"{structure.PACKAGE}.{room}"
+    files = [path for name, path in structure.modules().items() if f"{name}.".startswith(f"{inside}.")]
+    assert files
+    assert structure.large(map(structure.parsed, files), 60, 15) == []
+
+
+def test_large_functions_are_found() -> None:
+    tree = ast.parse("def f(x):\n    if x and x:\n        return [y for y in x if y]\n    return g() if x else 0\n")
+    (function,) = tree.body
+    assert isinstance(function, ast.FunctionDef)
+    assert structure.paths_through(function) == 6
+    assert structure.large([tree], 4, 6) == []
+    assert structure.large([tree], 3, 6) == structure.large([tree], 4, 5) == ["f: 4 lines, 6 paths"]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "most"),

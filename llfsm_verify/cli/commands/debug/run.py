@@ -6,12 +6,13 @@ import sys
 from argparse import Namespace
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
+from itertools import chain
 
 from llfsm_verify.arrangement.files import read_source
 from llfsm_verify.cli.arguments import DRAWN, assignments
 from llfsm_verify.cli.commands.debug.opened import opened
 from llfsm_verify.cli.io.output import Output
-from llfsm_verify.cli.parser import UsageError
+from llfsm_verify.cli.parser import UsageError, wrong_usage
 from llfsm_verify.collector import do_more_tasks
 from llfsm_verify.runtime.debugging.paths import DebugError
 from llfsm_verify.runtime.debugging.session import FRONT_ENDS, Driven, Session
@@ -24,31 +25,29 @@ PROMPT = "(debug) "
 def run(options: Namespace) -> int:
     """1 where what `expect` asked for is not so, 2 where a command cannot be done. DiagnosticError: wrong files."""
     do_more_tasks()
+    _refuse_misuse(options)
+    options.draw = assignments("--draw", options.draw, DRAWN)
+    given: list[str] = list(options.commands)
+    if options.script is not None and options.script != "-":
+        given += read_source(options.script)[0].text.splitlines()
+    reads = options.script == "-" or (not given and options.script is None and options.what != "-")
+    asks = reads and options.script is None and sys.stdin.isatty() and sys.stdout.isatty()
+    with ExitStack() as left:
+        with wrong_usage(DrawingError, "--"):
+            driven = opened(options, left)
+        if not asks:
+            return _scripted(driven, chain(given, _standard_input() if reads else ()), Output())
+        if not options.plain and isinstance(driven, Session) and FRONT_ENDS:
+            return FRONT_ENDS.load(next(iter(FRONT_ENDS)))(driven)
+        return _asked(driven, Output())
+
+
+def _refuse_misuse(options: Namespace) -> None:
+    """UsageError: options that do not go together."""
     if options.what == "-" and options.script == "-":
         raise UsageError("the arrangement and the commands cannot both come from standard input")
     if options.seed is None and (options.hold is not None or options.draw):
         raise UsageError("--hold and --draw say how --seed draws inputs")
-    options.draw = assignments("--draw", options.draw, DRAWN)
-    given: list[str] = list(options.commands)
-    if options.script is not None and options.script != "-":
-        source, _ = read_source(options.script)
-        given += source.text.splitlines()
-    reads = options.script == "-" or (not given and options.script is None and options.what != "-")
-    asks = reads and options.script is None and sys.stdin.isatty() and sys.stdout.isatty()
-    with ExitStack() as left:
-        try:
-            driven = opened(options, left)
-        except DrawingError as wrong:
-            raise UsageError(f"--{wrong}") from None
-        output = Output()
-        if asks and not options.plain and isinstance(driven, Session) and FRONT_ENDS:
-            return FRONT_ENDS.load(next(iter(FRONT_ENDS)))(driven)
-        if asks:
-            return _asked(driven, output)
-        lines: Iterable[str] = given
-        if reads:
-            lines = (line for part in (given, _standard_input()) for line in part)
-        return _scripted(driven, lines, output)
 
 
 def _standard_input() -> Iterator[str]:

@@ -11,7 +11,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.cli.opening import limits_of
 from llfsm_verify.cli.outside import command, refuse_undeclared
-from llfsm_verify.cli.parser import UsageError
+from llfsm_verify.cli.parser import UsageError, wrong_usage
 from llfsm_verify.diagnostics import Source, counted
 from llfsm_verify.guarding.orders import Order
 from llfsm_verify.guarding.outside import PROPERTIES, Watch, with_outside_guard
@@ -55,10 +55,8 @@ def _orders(options: Namespace) -> list[Order]:
         raise UsageError(
             "an outside guard gives commands: leave out --fallback, --react, --guard, --monitor, --for and --until"
         )
-    try:
+    with wrong_usage(ValueError):
         return [command(text) for text in options.outside]
-    except ValueError as wrong:
-        raise UsageError(str(wrong)) from None
 
 
 def _pace(pace: Pace) -> str:

@@ -116,13 +116,8 @@ def _text(
     """What is written, and 1 when a property cannot be monitored."""
     from llfsm_verify.report.monitor import monitor_graph, summary
 
-    if arrangement is not None and options.shape != "machine":  # which refuses it
-        from llfsm_verify.monitoring.machine_reads import surroundings_in
-
-        asked = PropertySet((*lines.assumptions, *(found.line for found in made)))
-        warning = surroundings_in(asked.atoms, arrangement) if made else None
-        if warning is not None:
-            print(warning.render(), file=sys.stderr)
+    if arrangement is not None and made and options.shape != "machine":  # which refuses it
+        _warn_of_surroundings(arrangement, PropertySet((*lines.assumptions, *(found.line for found in made))))
     never = any(found.monitor.monitorability is Monitorability.NEVER for found in made)
     if options.shape == "text" or not made:
         return "".join(summary(found) + "\n" for found in made), NOT_MONITORABLE if never else 0
@@ -149,6 +144,14 @@ def _text(
             print(Diagnostic(codes.LIMIT, f"unknown: {limit}", found.line.span).render(), file=sys.stderr)
             return "", UNKNOWN
     return _machine(options, found, lines, arrangement, clock), 0
+
+
+def _warn_of_surroundings(arrangement: Arrangement, asked: PropertySet) -> None:
+    from llfsm_verify.monitoring.machine_reads import surroundings_in
+
+    warning = surroundings_in(asked.atoms, arrangement)
+    if warning is not None:
+        print(warning.render(), file=sys.stderr)
 
 
 def _machine(

@@ -25,7 +25,7 @@ from llfsm_verify.cli.commands.run.ports import declared_ports, following, opene
 from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.io.unhurried import unhurried_errors
 from llfsm_verify.cli.opening import open_draft, property_sources, told
-from llfsm_verify.cli.parser import UsageError
+from llfsm_verify.cli.parser import UsageError, wrong_usage
 from llfsm_verify.collector import do_more_tasks
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, without_controls
 from llfsm_verify.jsonvalue import Json
@@ -40,6 +40,7 @@ from llfsm_verify.runtime.live.plan import script_of
 from llfsm_verify.runtime.live.run import RunReport
 from llfsm_verify.runtime.live.signals import stopping
 from llfsm_verify.runtime.ports.port import PortSpec
+from llfsm_verify.runtime.ports.ports import Ports
 from llfsm_verify.runtime.stepping.drawing import DrawingError
 from llfsm_verify.runtime.swapping.settings import RunSettings
 from llfsm_verify.runtime.whiteboard.audit import ENDED, AuditLog, seal_of
@@ -72,13 +73,7 @@ def run(options: Namespace) -> int:
         done.start(*([] if ports is None else [following(ports)]), *([] if pictures is None else [pictures.follow]))
         serve(done.run, [*(one for one in (ports, pictures) if one is not None), *done.attendants])
         report = done.run.report
-        if ports is not None:
-            ports.finish(report.ending)
-        if done.server is not None:
-            done.server.note_left_out()
-        if audit is not None:
-            seals: dict[str, Json] = {str(path): seal_of(path) for path in done.run.recordings}
-            audit.note(ENDED, {"ending": report.ending, "frames": report.frames, "recordings": seals})
+        _note_end(done, report, ports, audit)
     failure = ports.failure if ports is not None and report.ending == "stopped" else None
     said = list(report_lines(report, ready.plan.cycle, done.run.recordings, failure))
     if audit is not None:
@@ -91,6 +86,17 @@ def run(options: Namespace) -> int:
         if suspended():  # not before all is safe and said; when it goes on, there is nothing left to do
             os.kill(os.getpid(), signal.SIGSTOP)
     return _exit_code(report, failed=failure is not None or (audit is not None and audit.failure is not None))
+
+
+def _note_end(done: Launched, report: RunReport, ports: Ports | None, audit: AuditLog | None) -> None:
+    """Tell the end of a run to its ports and in its audit log."""
+    if ports is not None:
+        ports.finish(report.ending)
+    if done.server is not None:
+        done.server.note_left_out()
+    if audit is not None:
+        seals: dict[str, Json] = {str(path): seal_of(path) for path in done.run.recordings}
+        audit.note(ENDED, {"ending": report.ending, "frames": report.frames, "recordings": seals})
 
 
 def _refuse_misuse(options: Namespace) -> None:
@@ -111,14 +117,10 @@ def _ready(
 ) -> tuple[Launch, tuple[PortSpec, ...], list[Prescribed]]:
     """The run as the options want it, its ports, and what a trace prescribes. UsageError."""
     settings = _settings(options, draft, given)
-    try:
+    with wrong_usage(ValueError, "--set "):
         plan = settings.plan(given)
-    except ValueError as wrong:
-        raise UsageError(f"--set {wrong}") from None
-    try:
+    with wrong_usage(ValueError):
         plan.period(settings.rate)
-    except ValueError as wrong:
-        raise UsageError(str(wrong)) from None
     for name, reason in plan.unmonitored.items():
         print(f"note: `{name}` is not monitored: {reason}", file=sys.stderr)
     if settings.seed is not None and options.seed is None:
@@ -135,12 +137,8 @@ def _ready(
         problem = "--panel needs a terminal as standard output"
     if problem is not None:
         raise UsageError(problem)
-    try:
+    with wrong_usage(ValueError), wrong_usage(DrawingError, "--"):
         loop = settings.first(plan, code, rounds=rounds, free=free, script=script)
-    except DrawingError as wrong:
-        raise UsageError(f"--{wrong}") from None
-    except ValueError as wrong:
-        raise UsageError(str(wrong)) from None
     return Launch(draft, settings, plan, loop), specs, script
 
 

@@ -21,7 +21,7 @@ from llfsm_verify.cli.commands.simulate.scripts import extent_of, read_script
 from llfsm_verify.cli.io.files import ready, write_whole
 from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.opening import open_arrangement
-from llfsm_verify.cli.parser import UsageError
+from llfsm_verify.cli.parser import UsageError, wrong_usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.report.cycles import Cycles
 from llfsm_verify.report.simulation import exit_code, run_json, sentences, summary
@@ -65,9 +65,19 @@ def run(options: Namespace) -> int:
     _refuse_misuse(options, wanted)
     arrangement = open_arrangement(options.arrangement)
     ready(arrangement, None, options.output, ("E487", "E487"), "the run")
+    held = assignments("--set", options.set)
+    job = _job(options, arrangement, held)
+    if options.quiet:
+        return _summed(job, Output(options.color, options.width))
+    if wanted == TABLE:
+        return _shown(job, held if options.inputs is None else {}, Output(options.color, options.width))
+    return _written(job, wanted, options.output)
+
+
+def _job(options: Namespace, arrangement: Arrangement, held: dict[str, str]) -> _Job:
+    """The run that the options ask for. UsageError."""
     base = lower(arrangement, keep_all_bits=True)
     program, until, sought = _sought(arrangement, base, options.until)
-    held = assignments("--set", options.set)
     problem = input_problem(program, held)
     if problem is not None:
         raise UsageError(f"--set {problem}")
@@ -84,12 +94,7 @@ def run(options: Namespace) -> int:
     if options.begin is not None and kept:
         raise UsageError(f"--set `{kept[0]}` never changes while it runs, and --from goes on with its value")
     begin = None if options.begin is None else _follow(simulated, options.begin, arrangement)
-    job = _Job(arrangement, program, simulated, seed, begin, sought, *extent)
-    if options.quiet:
-        return _summed(job, Output(options.color, options.width))
-    if wanted == TABLE:
-        return _shown(job, held if options.inputs is None else {}, Output(options.color, options.width))
-    return _written(job, wanted, options.output)
+    return _Job(arrangement, program, simulated, seed, begin, sought, *extent)
 
 
 def _refuse_misuse(options: Namespace, wanted: str) -> None:
@@ -106,10 +111,8 @@ def _refuse_misuse(options: Namespace, wanted: str) -> None:
 
 def _law(options: Namespace, program: Program, held: Mapping[str, str]) -> Drawing:
     """How inputs are drawn. UsageError."""
-    try:
+    with wrong_usage(DrawingError, "--"):
         return drawing_of(program, options.hold, assignments("--draw", options.draw, DRAWN), held)
-    except DrawingError as wrong:
-        raise UsageError(f"--{wrong}") from None
 
 
 def _sought(arrangement: Arrangement, base: Program, text: str | None) -> tuple[Program, Formula | None, str | None]:

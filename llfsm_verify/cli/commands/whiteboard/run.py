@@ -8,7 +8,7 @@ from contextlib import suppress
 
 from llfsm_verify.cli.arguments import assignments
 from llfsm_verify.cli.io.decided import say_results
-from llfsm_verify.cli.parser import UsageError
+from llfsm_verify.cli.parser import UsageError, wrong_usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.runtime.live import ABSENT
 from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError
@@ -90,10 +90,8 @@ def _monitor(board: Whiteboard, options: Namespace) -> int:
         raise UsageError("properties speak of an arrangement: name the one that runs with --arrangement FILE")
     if options.slots:
         raise UsageError("properties are decided on whole frames: leave out the slots")
-    try:
+    with wrong_usage(ValueError):
         orders = orders_of(options)
-    except ValueError as wrong:
-        raise UsageError(str(wrong)) from None
     lines = read_properties(Namespace(**{**vars(options), "properties": options.monitor}), CHECKED)
     arrangement = load_arrangement(options.arrangement)
     monitors = FrameMonitors(arrangement, told(lines, arrangement), board.slots)
