@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.cli.io.output import tell
 from llfsm_verify.diagnostics import DiagnosticError, Disagreement
 from llfsm_verify.logic.properties import PropertySet
 
@@ -30,7 +30,7 @@ def both_saved(arrangement: Arrangement, properties: PropertySet, folder: str | 
         try:
             save_disagreement(error, arrangement, properties, place)
         except DiagnosticError as unsaved:
-            print(unsaved.diagnostics[0].render(), file=sys.stderr)
+            tell(unsaved.diagnostics[0])
         else:
-            print(f"what both say is saved in {place}", file=sys.stderr)
+            tell(f"what both say is saved in {place}")
         raise

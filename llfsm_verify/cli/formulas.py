@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from llfsm_verify.automata.ltl.answers import Answers
+from llfsm_verify.cli.io.output import tell
 from llfsm_verify.cli.opening import COMMAND_LINE
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.language.atoms import OBSERVATIONS
@@ -68,7 +68,7 @@ def source_of(argument: str) -> Source:
     if argument == "-" or _exists(argument) or _FILE.fullmatch(argument):
         return read_source(argument)
     if _MEMBER.fullmatch(argument) and argument.rsplit(".", 1)[1] not in _FIELDS:
-        print(f"note: there is no file `{argument}`, so it is read as an atom", file=sys.stderr)
+        tell(f"note: there is no file `{argument}`, so it is read as an atom")
     return Source(COMMAND_LINE, argument)
 
 
@@ -157,8 +157,7 @@ class Results:
         """Say what is wrong in a line, on standard error, after the results so far."""
         self.wrong = True
         self.flush()
-        for diagnostic in error.diagnostics:
-            print(diagnostic.render(), file=sys.stderr)
+        tell(*error.diagnostics)
 
     def give_up(self, line: Line, reason: str, *columns: str) -> None:
         """A line whose answer is not known, because a limit was reached."""
@@ -167,4 +166,4 @@ class Results:
         self.flush()
         fragment = line.columns[0]
         span = fragment.span(0, len(fragment.text))
-        print(Diagnostic(codes.LIMIT, f"unknown: {reason}", span).render(), file=sys.stderr)
+        tell(Diagnostic(codes.LIMIT, f"unknown: {reason}", span))

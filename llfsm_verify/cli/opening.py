@@ -3,11 +3,11 @@ and the limits of the work."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from llfsm_verify.cli.io.output import tell
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.limits import Limits
@@ -32,8 +32,7 @@ def open_draft(path: str) -> tuple[Draft, Arrangement]:
 
     draft = read_arrangement(Given(path))
     arrangement = resolve(draft)
-    for warning in arrangement.warnings:
-        print(warning.render(), file=sys.stderr)
+    tell(*arrangement.warnings)
     return draft, arrangement
 
 
@@ -52,8 +51,7 @@ def told(properties: PropertySet, arrangement: Arrangement | None) -> PropertySe
     """The same, after what may be meant otherwise in them was said on standard error."""
     from llfsm_verify.checking.doubts import doubts
 
-    for doubt in doubts(arrangement, properties):
-        print(doubt.render(), file=sys.stderr)
+    tell(*doubts(arrangement, properties))
     return properties
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import ArgumentTypeError, Namespace
 
+from llfsm_verify.cli.io.output import tell
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.runtime.whiteboard.audit import CHANGED, verify
@@ -39,8 +39,7 @@ def run(options: Namespace) -> int:
     except DiagnosticError as error:
         if any(d.code != CHANGED for d in error.diagnostics):
             raise
-        for d in error.diagnostics:
-            print(d.render(), file=sys.stderr)
+        tell(*error.diagnostics)
         return 1
     entries = f"{found.entries:,} {'entry' if found.entries == 1 else 'entries'}, the last one {found.last}"
     if options.last is not None and options.last.lower() != found.last:

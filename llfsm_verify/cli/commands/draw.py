@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import Namespace
 from typing import TYPE_CHECKING
 
 from llfsm_verify.cli.arguments import arrangement, output
 from llfsm_verify.cli.drawing_format import drawing_format
 from llfsm_verify.cli.io.files import ready, ready_beside, write_whole
+from llfsm_verify.cli.io.output import tell
 from llfsm_verify.cli.parser import Parser, UsageError
 from llfsm_verify.report.drawing import UNWRITABLE
 from llfsm_verify.report.drawing.formats import DRAWINGS
@@ -52,7 +52,7 @@ def run(options: Namespace) -> int:
         return MISFIT
     graph, note = summarise(graph)
     if note is not None:
-        print(note, file=sys.stderr)
+        tell(note)
     ready(arrangement, None, options.output, (UNWRITABLE, UNWRITABLE), "the drawing")
     text = DRAWINGS.load(wanted)(graph)
     write_whole(text, options.output, UNWRITABLE, "the drawing")
@@ -82,5 +82,5 @@ def _traced(arrangement: Arrangement, options: Namespace) -> Graph | None:
 
     done = replay_file(options.trace, options.arrangement, load)
     for line in (*done.notes, *([done.sentence] if done.found != done.file.expect else [])):
-        print(f"{options.trace}: {line}", file=sys.stderr)
+        tell(f"{options.trace}: {line}")
     return replayed_graph(arrangement, options.machine, done)

@@ -4,12 +4,11 @@ lost, and written as a whole or not at all."""
 from __future__ import annotations
 
 import io
-import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
-from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.files import replacing, special_kind, unfinished
 
@@ -136,12 +135,12 @@ def announce(path: Path) -> None:
     """Say where a trace is; one that is too long to be read again is said to be so."""
     from llfsm_verify.verification.tracefile import read_trace_file
 
-    print(f"trace saved: {path}", file=sys.stderr)
+    tell(f"trace saved: {path}")
     try:
         read_trace_file(path)
     except DiagnosticError as error:
         first = error.diagnostics[0]
-        print(Diagnostic("W401", f"it cannot be replayed: {first.message}", file=str(path)).render(), file=sys.stderr)
+        tell(Diagnostic("W401", f"it cannot be replayed: {first.message}", file=str(path)))
 
 
 def write_whole(content: str | bytes | Callable[[BinaryIO], None], output: str | None, code: str, what: str) -> None:

@@ -1,4 +1,4 @@
-"""Standard output: plain text, or rich's tables and colours; a closed pipe is no error."""
+"""Standard output: plain text, or rich's tables and colours; a closed pipe is no error. And what is told beside it."""
 
 from __future__ import annotations
 
@@ -18,6 +18,12 @@ if TYPE_CHECKING:
 def drop_output() -> None:
     """Send the rest of standard output nowhere, so that what is still buffered does not fail again at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def tell(*what: str | Diagnostic) -> None:
+    """Say this on standard error, one after the other."""
+    for each in what:
+        print(each if isinstance(each, str) else each.render(), file=sys.stderr, flush=True)
 
 
 class Output:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import sys
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -16,7 +15,7 @@ from llfsm_verify.arrangement.kinds import kind_of
 from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.cli import report_failure
 from llfsm_verify.cli.inputs import files_read
-from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.opening import open_arrangement, told
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, hint_of_near, without_controls
@@ -94,7 +93,7 @@ def _arrangements(names: Sequence[str]) -> list[Path]:
         new = list(filter(_is_arrangement, _below(path)) if path.is_dir() else _belongs_to(path))
         if not new and names_file(name):
             note = f"note: {path} belongs to no arrangement, so it was not checked; "
-            print(without_controls(f"{note}`llfsm verify ARRANGEMENT {path}` checks it"), file=sys.stderr)
+            tell(without_controls(f"{note}`llfsm verify ARRANGEMENT {path}` checks it"))
         for arrangement in new:
             found.setdefault(arrangement.resolve(), arrangement)
     return list(found.values())

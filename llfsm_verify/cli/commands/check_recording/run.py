@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import Namespace
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.cli.io.decided import say_decided, when_decided
+from llfsm_verify.cli.io.output import tell
 from llfsm_verify.cli.opening import read_properties, told
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.runtime.deciding.logs.check import DecidedOnLog, check_log
@@ -37,8 +37,7 @@ def _decide(recording: Recording, options: Namespace) -> int:
     told(lines, arrangement)
     with compared(recording):
         found = check(arrangement, lines, recording)
-    for note in recording.notes:
-        print(f"note: {note}", file=sys.stderr)
+    tell(*(f"note: {note}" for note in recording.notes))
     allowed = options.allow_undecided and recording.damaged is None
     return say_decided([(d, when_decided(d)) for d in found], allow_undecided=allowed)
 

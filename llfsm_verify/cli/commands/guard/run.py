@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import Namespace
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
@@ -14,7 +13,7 @@ from llfsm_verify.arrangement.files import read_source
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.cli.arguments import assignments
 from llfsm_verify.cli.io.files import write_whole
-from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.opening import chosen, limits_of, open_draft, read_properties, refuse_two_inputs, told
 from llfsm_verify.cli.parser import UsageError
@@ -130,10 +129,10 @@ def _guarded(options: Namespace, draft: Draft, wanted: Wanted, task: Task, prope
     names = made.names
     monitors = " and ".join(f"`{name}`" for name in names.monitors)
     guarded = ", ".join(f"`{name}`" for name in names.guarded)
-    print(f"guarded: {guarded}, by {monitors} and `{names.switch}`", file=sys.stderr)
+    tell(f"guarded: {guarded}, by {monitors} and `{names.switch}`")
     for each in wanted.reactions:
         if each.machine not in names.rights.commanded:
-            _tell(f"note: others also command `{each.machine}`, so they can undo what the switch does to it")
+            tell(f"note: others also command `{each.machine}`, so they can undo what the switch does to it")
     return 0 if options.no_proof else _prove(options, made, properties)
 
 
@@ -158,10 +157,10 @@ def _prove(options: Namespace, made: Guarded, properties: PropertySet) -> int:
     limits = limits_of(options)
     budget = Budget(limits)
     with EarlyVerdicts(p.name for p in properties.goals) as early:
-        wanted = Options(limits, decided=None if options.quiet else early.add, tell=_tell)
+        wanted = Options(limits, decided=None if options.quiet else early.add, tell=tell)
         proof = prove(made, properties, wanted, options.engine, budget)
     if proof.result is None or proof.arrangement is None:
-        _tell(f"unknown: {'; '.join(proof.reasons)}")
+        tell(f"unknown: {'; '.join(proof.reasons)}")
         return UNKNOWN
     output = Output(options.color, options.width)
     if proof.exit_code == 0:
@@ -203,10 +202,6 @@ def _transparent(made: Guarded, budget: Budget) -> str:
             lines += [f"  step {n}, {machine}: {', '.join(given)}" for n, machine, given in inputs if given]
             return "\n".join(lines) + "\n"
     return f"not proved: until `{made.names.alarm}` is set, {same}: {answer.reason}\n"
-
-
-def _tell(text: str) -> None:
-    print(text, file=sys.stderr)
 
 
 def _listed(found: Sequence[Guardable], problems: Sequence[tuple[Property, Refusal]] = ()) -> list[str]:

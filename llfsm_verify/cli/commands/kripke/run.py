@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import Namespace
 from typing import TYPE_CHECKING
 
 from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.cli.io.files import ready
+from llfsm_verify.cli.io.output import tell
 from llfsm_verify.cli.io.portions import write
 from llfsm_verify.cli.opening import limits_of, open_arrangement, read_properties, refuse_two_inputs
 from llfsm_verify.cli.parser import UsageError
@@ -97,7 +97,7 @@ def _structure(wanted: str, arrangement: Arrangement, problem: Problem, options:
         return _cut_short(f"nothing was written: {reached}")
     for fault in structure.faults:
         note = f"note: {fault.place}: {fault.message} in a step from configuration {fault.configuration}, which it ends"
-        print(note, file=sys.stderr)
+        tell(note)
     if not structure.complete and not options.partial:
         found = f"{len(structure):,} configurations have been found"
         return _cut_short(f"nothing was written: {structure.stopped}; {found}. --partial writes such a part")
@@ -108,7 +108,7 @@ def _structure(wanted: str, arrangement: Arrangement, problem: Problem, options:
             "choose another format, or ask for it with --large"
         )
     if not structure.complete:
-        print(f"only a part is written: {structure.stopped}", file=sys.stderr)
+        tell(f"only a part is written: {structure.stopped}")
         budget.grant(float("inf"))  # the time may be used up: it was for the exploration
     try:
         budget.check()
@@ -121,7 +121,7 @@ def _structure(wanted: str, arrangement: Arrangement, problem: Problem, options:
 
 
 def _cut_short(message: str) -> int:
-    print(message, file=sys.stderr)
+    tell(message)
     return CUT_SHORT
 
 

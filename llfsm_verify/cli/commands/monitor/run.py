@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, cast
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.cli.formulas import source_of
 from llfsm_verify.cli.io.files import ready, ready_beside, write_whole
+from llfsm_verify.cli.io.output import tell
 from llfsm_verify.cli.opening import COMMAND_LINE, chosen, open_arrangement, refuse_two_inputs, told
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, Span
@@ -55,7 +55,7 @@ def run(options: Namespace) -> int:
         try:
             made.append(monitor_properties(line, lines.assumptions, timing))
         except AutomatonTooLarge as limit:
-            print(Diagnostic(codes.LIMIT, f"unknown: {limit}", line.span).render(), file=sys.stderr)
+            tell(Diagnostic(codes.LIMIT, f"unknown: {limit}", line.span))
             unknown = True
     text, code = _text(options, made, lines, arrangement, timing.clock)
     if text:
@@ -125,7 +125,7 @@ def _text(
     if never:
         from llfsm_verify.monitoring.machine import not_monitorable
 
-        print(not_monitorable(found).render(), file=sys.stderr)
+        tell(not_monitorable(found))
         return "", NOT_MONITORABLE
     if options.shape == "dot":
         from llfsm_verify.report.drawing.dot import dot
@@ -133,7 +133,7 @@ def _text(
 
         graph, note = summarise(monitor_graph(found))
         if note is not None:
-            print(note, file=sys.stderr)
+            tell(note)
         return dot(graph), 0
     if options.shape == "table":
         from llfsm_verify.monitoring.json import table_json
@@ -141,7 +141,7 @@ def _text(
         try:
             return table_json(found), 0
         except AutomatonTooLarge as limit:
-            print(Diagnostic(codes.LIMIT, f"unknown: {limit}", found.line.span).render(), file=sys.stderr)
+            tell(Diagnostic(codes.LIMIT, f"unknown: {limit}", found.line.span))
             return "", UNKNOWN
     return _machine(options, found, lines, arrangement, clock), 0
 
@@ -151,7 +151,7 @@ def _warn_of_surroundings(arrangement: Arrangement, asked: PropertySet) -> None:
 
     warning = surroundings_in(asked.atoms, arrangement)
     if warning is not None:
-        print(warning.render(), file=sys.stderr)
+        tell(warning)
 
 
 def _machine(
@@ -168,8 +168,7 @@ def _machine(
         notes.append(
             f"Bounds in time count its turns: it has one a cycle, and a cycle takes {decimal(clock.period)} ms."
         )
-    for note in notes:
-        print(f"note: {note}", file=sys.stderr)
+    tell(*(f"note: {note}" for note in notes))
     return monitor_machine(found, places, arrangement, action, notes).text
 
 

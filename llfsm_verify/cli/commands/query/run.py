@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from argparse import Namespace
 from pathlib import Path
@@ -12,7 +11,7 @@ from llfsm_verify.checking.verdict import Options
 from llfsm_verify.cli.disagreement import both_saved
 from llfsm_verify.cli.engine_options import given_options, refuse_misplaced
 from llfsm_verify.cli.io.files import ready, write_whole
-from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.opening import COMMAND_LINE, limits_of, open_arrangement
 from llfsm_verify.cli.parser import UsageError
@@ -54,10 +53,10 @@ def _save(answer: QueryResult, arrangement: Arrangement, name: str) -> None:
 
     trace = answer.result.properties[0].trace
     if trace is None:
-        print("no run was found, so none is saved", file=sys.stderr)
+        tell("no run was found, so none is saved")
         return
     goal = answer.query.properties.goals[0]
     saved = SavedProperty(NAME, "ltl", goal.text)
     text = document_of(trace, arrangement, saved, answer.query.properties, Path(name).parent, "violated")
     write_whole(text, name, "E405", "the run")
-    print(f"trace saved: {name}", file=sys.stderr)
+    tell(f"trace saved: {name}")

@@ -22,7 +22,7 @@ from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.cli.arguments import DRAWN, assignments
 from llfsm_verify.cli.commands.run.panel import shown
 from llfsm_verify.cli.commands.run.ports import declared_ports, following, opened, unusable, writes_to_output
-from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.io.unhurried import unhurried_errors
 from llfsm_verify.cli.opening import open_draft, property_sources, told
 from llfsm_verify.cli.parser import UsageError, wrong_usage
@@ -122,9 +122,9 @@ def _ready(
     with wrong_usage(ValueError):
         plan.period(settings.rate)
     for name, reason in plan.unmonitored.items():
-        print(f"note: `{name}` is not monitored: {reason}", file=sys.stderr)
+        tell(f"note: `{name}` is not monitored: {reason}")
     if settings.seed is not None and options.seed is None:
-        print(f"seed {settings.seed}", file=sys.stderr)
+        tell(f"seed {settings.seed}")
     rounds, free, script = plan.rounds(options.span), dict[str, int](), list[Prescribed]()
     if options.inputs is not None:
         free, script, steps = _inputs(options.inputs, given, plan.program)
@@ -167,7 +167,7 @@ def _settings(options: Namespace, draft: Draft, given: Arrangement) -> RunSettin
 
 def _say(lines: Sequence[str], *, to_errors: bool) -> None:
     if to_errors:
-        print(*lines, sep="\n", file=sys.stderr)
+        tell(*lines)
     else:
         Output().write("\n".join(lines))
 
@@ -211,7 +211,7 @@ def _audited(path: str | None, digest: str, arrangement: Arrangement) -> Iterato
 
 def _say_refused(what: str) -> None:
     """On standard error, which somebody may not read; the server says few of many."""
-    print(f"refused: {without_controls(what)[:MOST_SAID]}", file=sys.stderr)
+    tell(f"refused: {without_controls(what)[:MOST_SAID]}")
 
 
 @contextmanager

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import sys
 from argparse import Namespace
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ from llfsm_verify.cli.arguments import DRAWN, assignments
 from llfsm_verify.cli.commands.simulate.arguments import JSON, TABLE
 from llfsm_verify.cli.commands.simulate.scripts import extent_of, read_script
 from llfsm_verify.cli.io.files import ready, write_whole
-from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.opening import open_arrangement
 from llfsm_verify.cli.parser import UsageError, wrong_usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
@@ -86,7 +85,7 @@ def _job(options: Namespace, arrangement: Arrangement, held: dict[str, str]) -> 
     law = _law(options, program, held)
     seed = options.seed if options.seed is not None else random.SystemRandom().randrange(1 << 32)
     if options.seed is None:
-        print(f"seed {seed}", file=sys.stderr)
+        tell(f"seed {seed}")
     drawn = [choice.name for choice in base.choices]
     source = random.Random(seed)  # noqa: S311 - no secrets
     simulated = RandomRun(Execution(program), script, source, until=until, drawn=drawn, law=law, seed=seed)
@@ -225,5 +224,5 @@ def _written(job: _Job, wanted: str, name: str | None) -> int:
         write = partial(TIMELINES.load(wanted), timeline.part(first + 1, None))
         write_whole(write, name, "E487", "the timeline")
     for sentence in _said(job, number, states=wanted != JSON):
-        print(sentence, file=sys.stderr)
+        tell(sentence)
     return exit_code(job.run, job.sought)

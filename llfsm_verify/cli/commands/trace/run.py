@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import Namespace
 from contextlib import ExitStack
 from functools import partial
@@ -11,6 +10,7 @@ from pathlib import Path
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.cli.io.files import announce, ready, write_whole
+from llfsm_verify.cli.io.output import tell
 from llfsm_verify.cli.opening import read_properties
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.report.saving import SUFFIX, refuse_others
@@ -59,10 +59,9 @@ def run(options: Namespace) -> int:
 
 def _told(recording: Recording) -> int:
     """Say what is to be said of a recording that was read; the exit code."""
-    for note in recording.notes:
-        print(f"note: {note}", file=sys.stderr)
+    tell(*(f"note: {note}" for note in recording.notes))
     if recording.damaged:
-        print(f"{recording.path}: damaged after what was written: {recording.damaged}", file=sys.stderr)
+        tell(f"{recording.path}: damaged after what was written: {recording.damaged}")
         return DAMAGED
     return 0
 
@@ -92,7 +91,7 @@ def _saved(options: Namespace) -> int:
     write_whole(piece.text, name, "E405", "the trace")
     if name != "-":
         announce(Path(name))
-    print(piece.sentence, file=sys.stderr)
+    tell(piece.sentence)
     return _told(recording)
 
 

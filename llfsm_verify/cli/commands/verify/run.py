@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from argparse import Namespace
 from collections.abc import Iterator
@@ -12,13 +11,13 @@ from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options, Result
-from llfsm_verify.cli import certificates
-from llfsm_verify.cli.commands.verify import invariants
+from llfsm_verify.cli.certificates import write_certificate
+from llfsm_verify.cli.commands.verify import proofs
 from llfsm_verify.cli.commands.verify.watching import Checked, verdicts_of, watch
 from llfsm_verify.cli.disagreement import both_saved
 from llfsm_verify.cli.engine_options import given_options, refuse_misplaced
 from llfsm_verify.cli.io.files import announce, is_same_file, ready, traces_ready
-from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.opening import chosen, limits_of, open_arrangement, read_properties, refuse_two_inputs, told
@@ -34,8 +33,7 @@ from llfsm_verify.verification.engines import ENGINES
 def run(options: Namespace) -> int:
     """Returns the exit code of the result; raises DiagnosticError for wrong files."""
     refuse_two_inputs([options.arrangement, *options.properties])
-    certificates.refuse_misuse(options)
-    invariants.refuse_misuse(options)
+    proofs.refuse_misuse(options)
     refuse_misplaced(options)
     if options.save_as and options.save_traces is None:
         raise UsageError("--save-as says how --save-traces DIR saves traces besides")
@@ -57,7 +55,7 @@ def _verified(options: Namespace) -> Checked:
     with stage("reading the arrangement"):
         arrangement = open_arrangement(options.arrangement)
     if options.compression == "on" and arrangement.observe == "cycle":
-        _tell("--compression on changes nothing here: with `observe: cycle` there are no chains of whole cycles")
+        tell("--compression on changes nothing here: with `observe: cycle` there are no chains of whole cycles")
     with stage("reading the properties"):
         properties = told(chosen(read_properties(options, CHECKED), options.only), arrangement)
     unknown = set(options.accept_vacuity) - {p.name for p in properties.goals}
@@ -68,10 +66,10 @@ def _verified(options: Namespace) -> Checked:
     ready(arrangement, properties, options.save_invariants, codes, "the file of invariants", whole=True)
     traces_ready(arrangement, properties, options.save_traces, options.save_as)
     if options.check_invariants is not None:
-        return Checked(invariants.check_invariants(options, arrangement, properties, limits_of(options)))
+        return Checked(proofs.check_invariants(options, arrangement, properties, limits_of(options)))
     result = _check(arrangement, properties, options)
     if options.check_certificate is not None:
-        return Checked(certificates.check_certificate(options, result, arrangement, properties, _left(result, options)))
+        return Checked(proofs.check_certificate(options, result, arrangement, properties, _left(result, options)))
     # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
     saved = _save(result, arrangement, properties, options)
     with stage("printing"):
@@ -79,9 +77,9 @@ def _verified(options: Namespace) -> Checked:
     for path in saved:
         announce(path)
     if options.certificate is not None:
-        certificates.write_certificate(options, result, arrangement, properties, _left(result, options))
+        write_certificate(options, result, arrangement, properties, _left(result, options))
     if options.save_invariants is not None:
-        invariants.save_invariants(options, result)
+        proofs.save_invariants(options, result)
     return Checked(result.exit_code, gone, verdicts_of(result))
 
 
@@ -101,7 +99,7 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
     if options.resume and proves:
         # Not even saved: what is there may be hours ahead of a search from the beginning.
         option = "--certificate" if options.certificate is not None else "--check-certificate"
-        _tell(f"{option} explores again: {options.checkpoint} is not used, and stays as it is")
+        tell(f"{option} explores again: {options.checkpoint} is not used, and stays as it is")
         del given["checkpoint"]
     early = EarlyVerdicts(p.name for p in properties.goals)
     with ProgressLine() as line, early:
@@ -116,7 +114,7 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
             witnesses=options.witness,
             traces=options.all,
             decided=None if options.quiet else early.add,
-            tell=_tell,
+            tell=tell,
             quiet=options.quiet,
             own=ENGINES.own(given),
         )
@@ -127,10 +125,6 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
 def _left(result: Result, options: Namespace) -> Limits:
     """What the check has left of its limits for the certificate."""
     return replace(limits_of(options, result.seconds), max_states=None)
-
-
-def _tell(text: str) -> None:
-    print(text, file=sys.stderr)
 
 
 def _save(result: Result, arrangement: Arrangement, properties: PropertySet, options: Namespace) -> list[Path]:
@@ -171,4 +165,4 @@ def _times_told() -> Iterator[None]:
             lines.append(f"{name.ljust(width)}  {cpu:8.3f}  {'' if wall is None else f'{wall:8.3f}'}".rstrip())
         whole = time.process_time()
         lines.append(f"{'the whole process'.ljust(width)}  {whole:8.3f}")
-        print("\n".join(lines), file=sys.stderr)
+        tell("\n".join(lines))

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from llfsm_verify.checking.verdict import FAULTS, Result
 from llfsm_verify.cli.inputs import files_read
 from llfsm_verify.cli.io.interrupt import INTERRUPTED
+from llfsm_verify.cli.io.output import tell
 from llfsm_verify.cli.kinds import by_kind
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.collector import do_more_tasks
@@ -73,21 +74,21 @@ def watch(options: Namespace, check: Callable[[Namespace], Checked]) -> int:
         except DiagnosticError as error:
             checked = Checked(0)
             for diagnostic in by_kind(error.diagnostics, options):
-                _tell(diagnostic.render())
+                tell(diagnostic.render())
         except UsageError as error:
             checked = Checked(0)
-            _tell(error.said())
+            tell(error.said())
         if checked.gone or checked.code == INTERRUPTED:
             return checked.code if checked.code == INTERRUPTED else 0
         if before and checked.verdicts:
             for change in changes(before, checked.verdicts):
-                _tell(change)
+                tell(change)
         before = checked.verdicts or before
-        _tell(f"watching {counted(len(known), 'file')}; Ctrl-C ends")
+        tell(f"watching {counted(len(known), 'file')}; Ctrl-C ends")
         changed = wait_for_change(known)
         if sys.stdout.isatty():
             print(CLEAR, end="", flush=True)
-        _tell(f"\n{time.strftime('%H:%M:%S')} changed: {', '.join(map(str, changed))}")
+        tell(f"\n{time.strftime('%H:%M:%S')} changed: {', '.join(map(str, changed))}")
 
 
 def _refuse_misuse(options: Namespace) -> None:
@@ -132,7 +133,3 @@ def wait_for_change(known: Mapping[Path, Stamp]) -> list[Path]:
         if changed and now == before and (not gone or missing > PATIENCE):
             return changed
         before = now
-
-
-def _tell(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
