@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 from llfsm_verify.automata.ltl.answers import Answers
 from llfsm_verify.cli.io.output import tell
@@ -62,10 +62,11 @@ def source_of(argument: str) -> Source:
     What can be opened is read: files, pipes, devices. DiagnosticError (E301 and on): it looks like a file's path and
     there is none, it is a directory, or the file cannot be read.
     """
-    if _is_folder(argument):
+    # A formula may be too long for the name of a file: these two then say no.
+    if os.path.isdir(argument):  # noqa: PTH112
         hint = "name a file in it" + (f", or write `({argument})` for the atom" if argument.isidentifier() else "")
         raise DiagnosticError(Diagnostic(codes.DIRECTORY, "this is a directory", hint=hint, file=argument))
-    if argument == "-" or _exists(argument) or _FILE.fullmatch(argument):
+    if argument == "-" or os.path.exists(argument) or _FILE.fullmatch(argument):  # noqa: PTH110
         return read_source(argument)
     if _MEMBER.fullmatch(argument) and argument.rsplit(".", 1)[1] not in _FIELDS:
         tell(f"note: there is no file `{argument}`, so it is read as an atom")
@@ -79,20 +80,6 @@ _OPENING = re.compile(r"(?:\s+|#[^\n]*)*")
 _MEMBER = re.compile(r"[A-Za-z_]\w*\.[A-Za-z_]\w*", re.ASCII)
 _FIELDS = frozenset(OBSERVATIONS)
 """What can be asked of a machine: such a name is no file's."""
-
-
-def _is_folder(argument: str) -> bool:
-    try:
-        return argument != "" and Path(argument).is_dir()
-    except (OSError, ValueError):
-        return False
-
-
-def _exists(argument: str) -> bool:
-    try:
-        return argument != "" and Path(argument).exists()
-    except (OSError, ValueError):
-        return False
 
 
 def lines_of(source: Source, syntax: str) -> Iterator[Line]:

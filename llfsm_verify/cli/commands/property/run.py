@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
-from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.cli.commands.property.drawing import drawing
+from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
+from llfsm_verify.automata.boolean import Guards
 from llfsm_verify.cli.drawing_format import drawing_format
 from llfsm_verify.cli.formulas import Line, Results, lines_of, source_of
 from llfsm_verify.cli.io.files import ready_beside, write_whole
@@ -19,13 +19,17 @@ from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.logic import codes
+from llfsm_verify.logic.formula import to_text
 from llfsm_verify.logic.reading import read_source
 from llfsm_verify.report.drawing import UNWRITABLE
+from llfsm_verify.report.drawing.formats import DRAWINGS
+from llfsm_verify.report.drawing.graph import Edge, Graph, Node, shorten, summarise
 
 BAD_INPUT, FALSE, UNKNOWN = 3, 1, 4
 
 Question = Callable[[Line, Namespace, Results], None]
 T = TypeVar("T")
+LABEL_WIDTH = 80
 
 
 def run(options: Namespace) -> int:
@@ -189,7 +193,7 @@ def _print(line: Line, options: Namespace, results: Results) -> None:
 
 def _draw(line: Line, options: Namespace, results: Results) -> None:
     automaton = _told(line, lambda: results.answers.automaton(line.formula(), buchi=options.buchi))
-    _keep(drawing(automaton, line.text(), options.format), options, results)
+    _keep(_drawing(automaton, line.text(), options.format), options, results)
 
 
 def _draw_all(options: Namespace) -> int:
@@ -223,7 +227,7 @@ def _draw_file(path: str, options: Namespace, results: Results) -> None:
     if not automata:
         raise DiagnosticError(Diagnostic(codes.HOA_NUMBER, "this file holds no automaton", file=source.name))
     for found in automata:
-        _keep(drawing(found.automaton, found.name or Path(path).name, options.format), options, results)
+        _keep(_drawing(found.automaton, found.name or Path(path).name, options.format), options, results)
 
 
 def _keep(drawn: str | bytes, options: Namespace, results: Results) -> None:
@@ -232,6 +236,30 @@ def _keep(drawn: str | bytes, options: Namespace, results: Results) -> None:
     else:
         options.pictures.append(drawn)
         results.count += 1
+
+
+def _drawing(automaton: Automaton, title: str, wanted: str) -> str | bytes:
+    """The automaton in one of `DRAWINGS`; a large one is summarised. DiagnosticError (E406): no library."""
+    graph, _ = summarise(_graph(automaton, title))
+    return DRAWINGS.load(wanted)(graph)
+
+
+def _graph(automaton: Automaton, title: str) -> Graph:
+    """The graph; a transition in acceptance sets 0 and 2 ends in `{0,2}`."""
+    guards = Guards(automaton.atoms)
+    nodes = [Node("start", "", (), "initial")]
+    nodes += [Node(f"s{q}", str(q), (), "state") for q in range(len(automaton.edges))]
+    edges = [Edge("start", "s0", "", "start")] if automaton.edges else []
+    for q, row in enumerate(automaton.edges):
+        labels: dict[tuple[int, int], list[str]] = {}
+        for e in row:
+            text = to_text(guards.formula(guards.cube(e.positive, e.negative)))
+            labels.setdefault((e.target, e.acceptance), []).append(text)
+        for (target, acceptance), cubes in labels.items():
+            sets = ",".join(str(k) for k in range(automaton.acceptance_sets) if acceptance >> k & 1)
+            label = shorten(" || ".join(cubes), LABEL_WIDTH) + (f" {{{sets}}}" if sets else "")
+            edges.append(Edge(f"s{q}", f"s{target}", label, "transition"))
+    return Graph(shorten(title, LABEL_WIDTH), tuple(nodes), tuple(edges), "machine")
 
 
 def _example(line: Line, _: Namespace, results: Results) -> None:
