@@ -10,7 +10,7 @@ import time
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from llfsm_verify.diagnostics import Diagnostic
 
@@ -32,35 +32,29 @@ COLLECT_EVERY = 200_000
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command `llfsm`; `arguments` are those of the process unless given. Returns the exit code."""
-
-    def parser(words: Sequence[str]) -> ArgumentParser:
-        from llfsm_verify.cli.commands import llfsm_parser
-
-        return llfsm_parser(words)
-
-    return _command(parser, arguments)
+    return _command("llfsm", arguments)
 
 
 def main_verify(arguments: Sequence[str] | None = None) -> int:
     """The command `llfsm-verify`, the same as `llfsm verify`."""
-
-    def parser(_: Sequence[str]) -> ArgumentParser:
-        from llfsm_verify.cli.commands import verify_parser
-
-        return verify_parser()
-
-    return _command(parser, arguments)
+    return _command("llfsm-verify", arguments)
 
 
-def _command(parser: Callable[[Sequence[str]], ArgumentParser], arguments: Sequence[str] | None) -> int:
+def _parser(name: str, words: Sequence[str]) -> ArgumentParser:
+    from llfsm_verify.cli.commands import llfsm_parser, verify_parser
+
+    return llfsm_parser(words) if name == "llfsm" else verify_parser()
+
+
+def _command(name: str, arguments: Sequence[str] | None) -> int:
     """Parse and run. Signals are served only where the process is ours: a caller that gives arguments keeps its own."""
     if arguments is not None:
-        return _guarded(parser, arguments, time.perf_counter())
+        return _guarded(name, arguments, time.perf_counter())
     try:
         if COMPLETES in os.environ:
             from argcomplete import autocomplete
 
-            autocomplete(parser(os.environ.get("COMP_LINE", "").split()[1:]))
+            autocomplete(_parser(name, os.environ.get("COMP_LINE", "").split()[1:]))
         from llfsm_verify.cli.io import interrupt
         from llfsm_verify.cli.io.standard_error import drop_what_nobody_reads
 
@@ -70,14 +64,14 @@ def _command(parser: Callable[[Sequence[str]], ArgumentParser], arguments: Seque
         do_one_task(COLLECT_EVERY)
         drop_what_nobody_reads()
         try:
-            return _guarded(parser, sys.argv[1:], STARTED)
+            return _guarded(name, sys.argv[1:], STARTED)
         finally:
             interrupt.finish()
     except KeyboardInterrupt:
         return _interrupted()
 
 
-def _guarded(parser: Callable[[Sequence[str]], ArgumentParser], words: Sequence[str], started: float) -> int:
+def _guarded(name: str, words: Sequence[str], started: float) -> int:
     """Run the command that is written in `words`; whatever comes out of it is an exit code and at most a few lines.
     `started`: when it began."""
     from argparse import Namespace
@@ -92,9 +86,11 @@ def _guarded(parser: Callable[[Sequence[str]], ArgumentParser], words: Sequence[
             stream.reconfigure(errors="backslashreplace")
     options = Namespace()
     try:
-        parser(words).parse_args(words, options)
+        from llfsm_verify.cli.commands import COMMANDS
+
+        _parser(name, words).parse_args(words, options)
         options.started = started
-        code = _dispatch(options)
+        code = COMMANDS.entry(options.command).run(options)
         sys.stdout.flush()
         return code
     except KeyboardInterrupt:
@@ -105,13 +101,6 @@ def _guarded(parser: Callable[[Sequence[str]], ArgumentParser], words: Sequence[
         return 0
     except Exception as error:  # noqa: BLE001 - the one place where everything is caught, said and given its exit code
         return report_failure(error, options)
-
-
-def _dispatch(options: Namespace) -> int:
-    """Run the command, which is imported only now."""
-    from llfsm_verify.cli.commands import COMMANDS
-
-    return COMMANDS.entry(options.command).run(options)
 
 
 def _interrupted() -> int:

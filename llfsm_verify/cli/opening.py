@@ -11,7 +11,7 @@ from llfsm_verify.cli.io.output import tell
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.limits import Limits
-from llfsm_verify.logic.properties import PLAIN, Feature, PropertySet, parse_properties
+from llfsm_verify.logic.properties import Feature, PropertySet, parse_properties
 from llfsm_verify.logic.reading import GivenLines, read_source
 from llfsm_verify.registry import meant
 
@@ -41,9 +41,13 @@ def open_arrangement(path: str) -> Arrangement:
     return open_draft(path)[1]
 
 
-def read_properties(options: Namespace, features: frozenset[Feature] = PLAIN) -> PropertySet:
+def read_properties(options: Namespace, features: frozenset[Feature] | None = None) -> PropertySet:
     """What `properties` and `property` of the command line ask for, in `syntax`. Raises DiagnosticError, also where a
-    property needs more than `features`."""
+    property needs more than `features` (None: than what engines check)."""
+    if features is None:
+        from llfsm_verify.checking.goals.kinds import CHECKED
+
+        features = CHECKED
     return parse_properties(property_sources(options), options.syntax, features)
 
 

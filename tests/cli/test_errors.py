@@ -141,7 +141,7 @@ def test_what_is_our_own_fault_is_one_line(error, code, says, monkeypatch, capsy
     def fail(options):
         deeper()
 
-    monkeypatch.setattr(cli, "_dispatch", fail)
+    monkeypatch.setattr("llfsm_verify.cli.commands.schema.run", fail)
     monkeypatch.delenv("LLFSM_DEBUG", raising=False)
     assert cli.main(["schema", "result"]) == code
     err = capsys.readouterr().err

@@ -41,14 +41,13 @@ def arguments(parser: Parser) -> None:
 def run(options: Namespace) -> int:
     """Returns the exit code of the result; raises DiagnosticError for wrong files."""
     from llfsm_verify.analysis.lint.run import lint
-    from llfsm_verify.checking.goals.kinds import CHECKED
     from llfsm_verify.checking.problem import bind
 
     refuse_two_inputs([options.arrangement, *options.properties])
     if options.local and options.max_states is not None:
         raise UsageError("--max-states is for the reachable configurations, which --local leaves alone")
     arrangement = open_arrangement(options.arrangement)
-    atoms = bind(arrangement, read_properties(options, CHECKED)).atoms
+    atoms = bind(arrangement, read_properties(options)).atoms
     result = lint(arrangement, limits_of(options), local=options.local, atoms=atoms)
     output = Output(options.color, options.width)
     style = Style(traces=options.runs, suppressed=options.suppressed)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from argparse import Namespace
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.cli.io.decided import say_decided, when_decided
 from llfsm_verify.cli.io.output import tell
 from llfsm_verify.cli.opening import read_properties, told
@@ -32,7 +31,7 @@ def run(options: Namespace) -> int:
 
 
 def _decide(recording: Recording, options: Namespace) -> int:
-    lines = read_properties(options, CHECKED)
+    lines = read_properties(options)
     arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
     told(lines, arrangement)
     with compared(recording):
@@ -48,7 +47,7 @@ def _decide_log(options: Namespace) -> int:
         raise UsageError(f"say which format the log has: --from {', '.join(LOGS)}")
     if options.arrangement is None:
         raise UsageError("a log does not say of which arrangement it is: name it with --arrangement FILE")
-    lines = read_properties(options, CHECKED)
+    lines = read_properties(options)
     arrangement = load_arrangement(options.arrangement)
     told(lines, arrangement)
     found = check_log(arrangement, lines, options.recording, options.mapping, wanted)

@@ -7,7 +7,6 @@ from argparse import Namespace
 from pathlib import Path
 
 from llfsm_verify.arrangement.granting import policy_digest
-from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.verdict import Options
 from llfsm_verify.cli.certificates import write_certificate
 from llfsm_verify.cli.io.files import ready, write_whole
@@ -27,7 +26,7 @@ def run(options: Namespace) -> int:
         raise UsageError("say which report: --assurance")
     refuse_two_inputs([options.arrangement, *options.properties])
     draft, arrangement = open_draft(options.arrangement)
-    properties = told(read_properties(options, CHECKED), arrangement)
+    properties = told(read_properties(options), arrangement)
     ready(arrangement, properties, options.certificate, ("E451", "E450"), "the certificate", whole=True)
     ready(arrangement, properties, options.output, (UNWRITABLE, UNWRITABLE), "the report")
     limits = limits_of(options)

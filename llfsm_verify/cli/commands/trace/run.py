@@ -8,7 +8,6 @@ from functools import partial
 from pathlib import Path
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.cli.io.files import announce, ready, write_whole
 from llfsm_verify.cli.io.output import tell
 from llfsm_verify.cli.opening import read_properties
@@ -79,7 +78,7 @@ def _saved(options: Namespace) -> int:
         raise UsageError(f"a saved trace begins where the run begins: --steps :{'' if last is None else last}")
     if options.arrangement is None:
         raise UsageError("a saved trace names the file of its arrangement: --arrangement FILE")
-    lines = read_properties(options, CHECKED)
+    lines = read_properties(options)
     if len(lines.goals) > 1:
         raise UsageError("a saved trace has one property, besides assumptions")
     arrangement = load_arrangement(options.arrangement)

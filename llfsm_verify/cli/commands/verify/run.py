@@ -47,7 +47,6 @@ def run(options: Namespace) -> int:
 
 def _verified(options: Namespace) -> Checked:
     """Check once."""
-    from llfsm_verify.checking.goals.kinds import CHECKED
 
     if options.watch:
         options.started = time.perf_counter()
@@ -57,7 +56,7 @@ def _verified(options: Namespace) -> Checked:
     if options.compression == "on" and arrangement.observe == "cycle":
         tell("--compression on changes nothing here: with `observe: cycle` there are no chains of whole cycles")
     with stage("reading the properties"):
-        properties = told(chosen(read_properties(options, CHECKED), options.only), arrangement)
+        properties = told(chosen(read_properties(options), options.only), arrangement)
     unknown = set(options.accept_vacuity) - {p.name for p in properties.goals}
     if unknown:
         raise UsageError(f"--accept-vacuity names no property: {', '.join(sorted(unknown))}")

@@ -81,7 +81,6 @@ def _watch(board: Whiteboard, wanted: list[str]) -> int:
 def _monitor(board: Whiteboard, options: Namespace) -> int:
     """Decides properties on the frames, up to the last one; Ctrl-C is where the watching ends."""
     from llfsm_verify.arrangement import load_arrangement
-    from llfsm_verify.checking.goals.kinds import CHECKED
     from llfsm_verify.cli.opening import read_properties, told
     from llfsm_verify.cli.outside import guard_run, orders_of
     from llfsm_verify.runtime.deciding.frames import FrameMonitors
@@ -92,7 +91,7 @@ def _monitor(board: Whiteboard, options: Namespace) -> int:
         raise UsageError("properties are decided on whole frames: leave out the slots")
     with wrong_usage(ValueError):
         orders = orders_of(options)
-    lines = read_properties(Namespace(**{**vars(options), "properties": options.monitor}), CHECKED)
+    lines = read_properties(Namespace(**{**vars(options), "properties": options.monitor}))
     arrangement = load_arrangement(options.arrangement)
     monitors = FrameMonitors(arrangement, told(lines, arrangement), board.slots)
     if orders:
