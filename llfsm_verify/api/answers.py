@@ -74,7 +74,7 @@ class QueryAnswer(Readable):
 
     @property
     def engine(self) -> str:
-        """The engine that decided it, or that was asked where none did."""
+        """The engine that decided it, or those that were asked."""
         return self.wrapped.engine
 
     @property

@@ -103,7 +103,7 @@ class MonitorSet:
         return len(self._monitors)
 
     def __getitem__(self, name: str) -> PropertyMonitor:
-        """The monitor of the property of this name. KeyError: it is not one of these names, which are told."""
+        """The monitor of the property of this name. KeyError: the message says which there are."""
         for monitor in self._monitors:
             if monitor.name == name:
                 return monitor

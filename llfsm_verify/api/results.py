@@ -34,7 +34,7 @@ class CheckResult(Readable):
     _properties: PropertySet
 
     def __getitem__(self, name: str) -> PropertyOutcome:
-        """The property of this name. KeyError: it is not one of these names, which are told."""
+        """The property of this name. KeyError: the message says which there are."""
         for item in self.wrapped.properties:
             if item.name == name:
                 return PropertyOutcome(item, self)
@@ -131,7 +131,7 @@ class CheckResult(Readable):
         return result_json(self.wrapped)
 
     def report(self, name: str) -> str:
-        """The report of this format of the command line: text, json, junit, sarif. ValueError: it is another."""
+        """The report in a format of the command line: text, json, junit, sarif. ValueError: it is not one of these."""
         written: Written = REPORTS.result.load(name)(self.wrapped, self._arrangement, Style())
         return written if isinstance(written, str) else text_of(written)
 
@@ -175,7 +175,7 @@ class PropertyOutcome:
 
     @property
     def engine(self) -> str:
-        """The engine that decided it, or that was asked where none did."""
+        """The engine that decided it, or those that were asked."""
         return self.wrapped.engine
 
     @property

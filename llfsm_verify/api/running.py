@@ -67,7 +67,7 @@ class LiveRun:
             if self._thread.ident is None:
                 self._left.close()
             else:
-                self.stop()  # no caller has it
+                self.stop()  # nothing else can
             raise
 
     def __repr__(self) -> str:
@@ -118,14 +118,14 @@ class LiveRun:
                         one.serve(0)
                 poll.poll(1000 * min([PATIENCE, *(one.patience for one in served)]))
             self._report = self.wrapped.report
-        except BaseException as error:  # noqa: BLE001 - raised in `wait`
+        except BaseException as error:  # noqa: BLE001 - raised where the caller waits
             self._failure = error
         finally:
             with self._lock:
                 try:
                     self._last = self._now()
                     self._left.close()
-                except BaseException as error:  # noqa: BLE001 - raised in `wait`
+                except BaseException as error:  # noqa: BLE001 - raised where the caller waits
                     self._failure = self._failure or error
                 self._ended.set()
                 _running.discard(self)
@@ -234,7 +234,7 @@ class LiveRun:
         ended = asyncio.Event()
 
         def tell() -> None:
-            with suppress(RuntimeError):  # the event loop is closed, so no task waits
+            with suppress(RuntimeError):  # the event loop is closed, and no one waits any more
                 loop.call_soon_threadsafe(ended.set)
 
         with self._lock:
@@ -264,7 +264,7 @@ def _end_all() -> None:
     for run in runs:
         run.stop()
     for run in runs:
-        with suppress(Exception):  # of a run that was not waited for
+        with suppress(Exception):  # of the run, which no one has waited for
             run.wait()
 
 

@@ -56,13 +56,13 @@ def _command(name: str, arguments: Sequence[str] | None) -> int:
 
             autocomplete(_parser(name, os.environ.get("COMP_LINE", "").split()[1:]))
         from llfsm_verify.cli.io import interrupt
-        from llfsm_verify.cli.io.standard_error import drop_what_nobody_reads
+        from llfsm_verify.cli.io.standard_error import drop_what_no_one_reads
 
         interrupt.serve()
         from llfsm_verify.collector import do_one_task
 
         do_one_task(COLLECT_EVERY)
-        drop_what_nobody_reads()
+        drop_what_no_one_reads()
         try:
             return _guarded(name, sys.argv[1:], STARTED)
         finally:

@@ -60,7 +60,7 @@ def source_of(argument: str) -> Source:
     """What an argument stands for: standard input (`-`), a file's text, or the text itself.
 
     What can be opened is read: files, pipes, devices. DiagnosticError (E301 and on): it looks like a file's path and
-    there is none, it is a directory, or the file cannot be read.
+    no such file exists, it is a directory, or the file cannot be read.
     """
     # A formula may be too long for the name of a file: these two then say no.
     if os.path.isdir(argument):  # noqa: PTH112
@@ -74,7 +74,7 @@ def source_of(argument: str) -> Source:
 
 
 _FILE = re.compile(r"\S*\.(?:ltl|tsv|csv|txt|psl|hoa|ya?ml|json)|[\w.~-]*/[\w./~-]*", re.ASCII)
-"""What is taken for a file, also when there is none: no atom of a formula is called so."""
+"""What is taken for a file, also where no such file exists: no atom of a formula is called so."""
 _OPENING = re.compile(r"(?:\s+|#[^\n]*)*")
 """The blanks and comments before the first formula."""
 _MEMBER = re.compile(r"[A-Za-z_]\w*\.[A-Za-z_]\w*", re.ASCII)

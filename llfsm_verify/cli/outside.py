@@ -37,7 +37,7 @@ def orders_of(options: Namespace) -> list[Order]:
 
 
 def command(text: str) -> Order:
-    """An operator's command as `llfsm send` has it. ValueError: it is none."""
+    """An operator's command as `llfsm send` has it. ValueError: it is not one."""
     words = text.split()
     if not words or words[0] not in GIVEN or len(words) != (3 if words[0] == WRITE else 2):
         others = ", ".join(f"`{kind}`" for kind in GIVEN[1:-1])

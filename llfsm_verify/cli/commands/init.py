@@ -43,7 +43,7 @@ def arguments(parser: Parser) -> None:
 
 
 def run(options: Namespace) -> int:
-    """Write the project; 0. Raises DiagnosticError: a name that is none (E461), files that would be overwritten (E460),
+    """Write the project; 0. Raises DiagnosticError: a wrong name (E461), files that would be overwritten (E460),
     a folder that cannot be written (E462)."""
     if not options.directory:  # an unset variable of a shell, say
         raise DiagnosticError(Diagnostic("E462", "the path of a folder is expected", file="<empty path>"))

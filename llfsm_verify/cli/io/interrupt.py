@@ -45,5 +45,5 @@ def _leave() -> None:
             os.write(2, SHOW_CURSOR)
         os.write(2, b"interrupted\n")
     except OSError:
-        pass  # nobody reads it
+        pass  # no one reads it
     os._exit(INTERRUPTED)

@@ -20,7 +20,7 @@ class _Dropping(io.FileIO):
         return memoryview(data).nbytes if written is None else written
 
 
-def drop_what_nobody_reads() -> None:
+def drop_what_no_one_reads() -> None:
     """From now on a failure to write to the standard error of this process is no error."""
     stream = sys.__stderr__
     if stream is None or sys.stderr is not stream:

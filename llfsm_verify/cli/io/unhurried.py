@@ -1,6 +1,6 @@
 """A stream that is never waited for, for what a supervisor says while it is responsible for a run.
 
-A terminal that is stopped (Ctrl-S), or a pipe that nobody reads, would hold the supervisor in a write otherwise, and a
+A terminal that is stopped (Ctrl-S), or a pipe that no one reads, would hold the supervisor in a write otherwise, and a
 signal could no longer bring outputs to their safe values.
 """
 
@@ -32,7 +32,7 @@ class Unhurried(io.TextIOBase):
 
     It writes to a description of its own, in which no write waits, where it can be opened: that of a socket cannot, nor
     that of a terminal or a pipe of another user. To the stream's own it writes so little at a time that this is done at
-    once, unless somebody else fills it, or stops the terminal, in the very moment.
+    once, unless another process fills it, or stops the terminal, in the very moment.
     """
 
     def __init__(self, stream: TextIO) -> None:
@@ -78,7 +78,7 @@ class Unhurried(io.TextIOBase):
         return len(text)
 
     def flush(self) -> None:
-        """Write what waits, as far as that can be done now; what nobody can read any more is left out."""
+        """Write what waits, as far as that can be done now; what no one can read any more is left out."""
         try:
             while self._waiting and self._poll.poll(0):
                 del self._waiting[: os.write(self._to, self._waiting[: self._piece])]

@@ -132,7 +132,7 @@ def _belongs_to(path: Path) -> Iterator[Path]:
 
 
 def _is_arrangement(path: Path) -> bool:
-    """Whether the file looks like an arrangement: the YAML of other tools is none of our business."""
+    """Whether the file looks like an arrangement: the YAML of other tools is not looked at."""
     if path.suffix not in ARRANGEMENTS.suffixes or not path.is_file():
         return False
     try:

@@ -76,7 +76,7 @@ def _scripted(driven: Driven, lines: Iterable[str], output: Output) -> int:
 
 
 def _asked(driven: Driven, output: Output) -> int:
-    """Commands as somebody types them. A mistake does not end the session, and Ctrl-C only what is under way."""
+    """Commands as the user types them. A mistake does not end the session, and Ctrl-C only what is under way."""
     import readline  # noqa: F401 - `input` then has a history and can be edited
 
     code = 0

@@ -6,9 +6,9 @@ from argparse import Namespace
 from typing import TYPE_CHECKING
 
 from llfsm_verify.checking.problem import Problem, bind
+from llfsm_verify.cli.commands.kripke.portions import write
 from llfsm_verify.cli.io.files import ready
 from llfsm_verify.cli.io.output import tell
-from llfsm_verify.cli.io.portions import write
 from llfsm_verify.cli.opening import limits_of, open_arrangement, read_properties, refuse_two_inputs
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.exports.formats import MODELS

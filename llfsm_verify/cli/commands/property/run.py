@@ -165,7 +165,7 @@ def _implies(line: Line, _: Namespace, results: Results) -> None:
 
 
 def _compare(line: Line, results: Results, *, both: bool) -> None:
-    """`true`, or `false` with a word of one formula (the left one, when it implies) that is none of the other."""
+    """`true`, or `false` with a word of one formula (the left one, when it implies) of which the other is false."""
     from llfsm_verify.logic.wordtext import write_word
 
     left, right = line.formula(0), line.formula(1)

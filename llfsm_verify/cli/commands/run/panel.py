@@ -48,14 +48,14 @@ class Pictures:
         self._shared, self._slots = shared, slots_of(shared.loop.code)
 
     def fileno(self) -> int:
-        """Never readable: nobody asks for a picture."""
+        """Never readable: no one asks for a picture."""
         return self._nothing.fileno()
 
     def serve(self, seconds: float) -> None:  # noqa: ARG002 - there is nothing to wait for
         """Draw, if it is time to."""
         if time.monotonic() - self._drawn >= INTERVAL:
             self._terminal.flush()
-            if not self._terminal.waits:  # else nobody can see it now
+            if not self._terminal.waits:  # else no one can see it now
                 self.draw()
 
     def draw(self) -> None:

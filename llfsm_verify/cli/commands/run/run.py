@@ -210,7 +210,7 @@ def _audited(path: str | None, digest: str, arrangement: Arrangement) -> Iterato
 
 
 def _say_refused(what: str) -> None:
-    """On standard error, which somebody may not read; the server says few of many."""
+    """On standard error, which may have no reader; the server says few of many."""
     tell(f"refused: {without_controls(what)[:MOST_SAID]}")
 
 

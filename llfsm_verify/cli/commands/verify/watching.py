@@ -57,7 +57,7 @@ def changes(before: Mapping[str, str], now: Mapping[str, str]) -> Iterator[str]:
 
 
 def watch(options: Namespace, check: Callable[[Namespace], Checked]) -> int:
-    """Check, and check again whenever a file has changed, until Ctrl-C (130) or until nobody reads the output (0).
+    """Check, and check again whenever a file has changed, until Ctrl-C (130) or until no one reads the output (0).
 
     A terminal is cleared before each check, and verdicts that have changed are said after it. Mistakes in files are
     shown, and the files watched on.

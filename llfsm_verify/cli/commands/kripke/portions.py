@@ -7,54 +7,46 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from types import FrameType
+from typing import BinaryIO
 
-from llfsm_verify.cli.io.files import is_special
+from llfsm_verify.cli.io.files import write_whole
 from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.io.progress import StatusLine
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.files import replacing
 
 ENDING = ("SIGTERM", "SIGHUP")
 """Signals that ask a process to end, where the system knows them."""
 
 
-def write(pieces: Iterable[str | bytes], output: str | None, check: Callable[[], None] | None = None) -> None:
-    """Write all pieces to the file `output`, or to standard output (None, "-").
+def write(pieces: Iterable[str | bytes], output: str | None, check: Callable[[], None] = lambda: None) -> None:
+    """Write all pieces to the file `output`, or to standard output (None, "-"); see `write_whole`.
 
-    A file appears, or is replaced, when it is whole, and a pipe or device is written as it is; SIGTERM leaves nothing
-    behind either. `check` is called between pieces; what it raises ends the writing. Raises DiagnosticError (E412,
-    E422), and SystemExit on SIGTERM.
+    SIGTERM leaves no file either. `check` is called between pieces; what it raises ends the writing. Raises
+    DiagnosticError (E412, E422), and SystemExit on SIGTERM.
     """
     if output is None or output == "-":
         _to_standard_output(pieces, check)
         return
-    path = Path(output)
+
+    def portions(file: BinaryIO) -> None:
+        with _Line(output) as line:
+            size = 0  # a pipe does not tell
+            for piece in pieces:
+                size += file.write(piece.encode() if isinstance(piece, str) else piece)
+                line.update(size)
+                check()
+
     with _ending_raises():
-        try:
-            # A link stays one.
-            opened = path.open("wb") if is_special(path) else replacing(path.resolve())
-            with opened as file, _Line(output) as line:
-                size = 0  # a pipe does not tell
-                for piece in pieces:
-                    size += file.write(piece.encode() if isinstance(piece, str) else piece)
-                    line.update(size)
-                    if check is not None:
-                        check()
-        except OSError as e:
-            message = f"the structure cannot be written there: {e.strerror or 'input/output error'}"
-            raise DiagnosticError(Diagnostic("E422", message, file=output)) from None
+        write_whole(portions, output, "E422", "the structure")
 
 
-def _to_standard_output(pieces: Iterable[str | bytes], check: Callable[[], None] | None) -> None:
+def _to_standard_output(pieces: Iterable[str | bytes], check: Callable[[], None]) -> None:
     out = Output()
     for piece in pieces:
         out.plain(piece.decode() if isinstance(piece, bytes) else piece)
         if out.closed:
             return
-        if check is not None:
-            check()
+        check()
 
 
 @contextmanager
