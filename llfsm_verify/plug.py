@@ -54,10 +54,10 @@ if TYPE_CHECKING:
     from llfsm_verify.checking.replay.confirm import Letter, Schedule, atoms_of, first_letter
     from llfsm_verify.checking.replay.execution import Execution
     from llfsm_verify.checking.verdict import Exploration, Result
-    from llfsm_verify.cli.commands import COMMANDS, CommandEntry
+    from llfsm_verify.cli.commands import COMMANDS
     from llfsm_verify.cli.io.output import Output
+    from llfsm_verify.cli.parser import CommandEntry, UsageError
     from llfsm_verify.cli.parser import Parser as CommandParser
-    from llfsm_verify.cli.parser import UsageError
     from llfsm_verify.diagnostics import Source, Span
     from llfsm_verify.jsonvalue import Json
     from llfsm_verify.kripke.observing import observed_outputs
@@ -170,12 +170,10 @@ _PLACES = {
         "Exploration",
         "Result",
     ),
-    "cli.commands": (
-        "COMMANDS",
-        "CommandEntry",
-    ),
+    "cli.commands": ("COMMANDS",),
     "cli.io.output": ("Output",),
     "cli.parser": (
+        "CommandEntry",
         "Parser as CommandParser",
         "UsageError",
     ),

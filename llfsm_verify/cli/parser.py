@@ -1,4 +1,5 @@
-"""The parsers of `llfsm` and its commands: a mistake is one line, and each help ends with exit codes and an example."""
+"""What commands are made of: an entry in their table, a parser (a mistake is one line, and each help ends with exit
+codes and an example), and wrong usage that only the command knows."""
 
 from __future__ import annotations
 
@@ -6,9 +7,10 @@ import sys
 from argparse import Action, ArgumentError, ArgumentParser, HelpFormatter, Namespace
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, NoReturn
+from dataclasses import dataclass
+from typing import Any, NoReturn, cast
 
-from llfsm_verify.registry import Choices, Registry, meant
+from llfsm_verify.registry import Choices, Entry, Registry, at, meant
 
 EXIT_CODES = (
     "exit codes: 0 everything holds, 1 violated or a fault, 2 wrong usage, 3 input files wrong or unreadable, "
@@ -16,6 +18,24 @@ EXIT_CODES = (
 )
 
 EXAMPLE = "example: "
+
+
+GROUPS = ("check", "run", "build", "exchange", "look")
+"""What commands are for, in the order in which help shows them."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CommandEntry(Entry):
+    """A command: `about` is its line in the help of `llfsm`, and at its place is what adds its arguments."""
+
+    group: str
+    """One of GROUPS."""
+    runs: str
+    """The place of what runs it, as `module:attribute`."""
+
+    def run(self, options: Namespace) -> int:
+        """Returns the exit code. It may raise UsageError and DiagnosticError, which are told to the user."""
+        return cast(Callable[[Namespace], int], at(self.runs))(options)
 
 
 class UsageError(Exception):

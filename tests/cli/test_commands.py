@@ -10,7 +10,8 @@ import pytest
 
 from llfsm_verify import plug
 from llfsm_verify.cli import commands
-from llfsm_verify.cli.commands import COMMANDS, GROUPS, CommandEntry, Commands, llfsm_parser
+from llfsm_verify.cli.commands import COMMANDS, Commands, llfsm_parser
+from llfsm_verify.cli.parser import GROUPS, CommandEntry
 from tests.cli.running import llfsm
 from tests.test_registry import Found
 
@@ -69,6 +70,13 @@ def test_a_command_of_another_package_is_found_when_it_is_asked_for(others: Comm
     done = llfsm("greet", "?")
     assert (done.returncode, done.stderr) == (2, "error: this is no name\n")
     assert list(others)[-1] == "greet"
+
+
+def test_a_command_of_an_extension_is_in_the_help(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("llfsm_verify.registry.extensions", lambda: {GROUP: (GREET,)})
+    monkeypatch.setattr(commands, "COMMANDS", Commands("command", map(COMMANDS.entry, COMMANDS), GROUP))
+    assert "      greet  " in llfsm("--help").stdout
+    assert llfsm("greet", "you").stdout == "hello you\n"
 
 
 @pytest.mark.usefixtures("others")

@@ -10,33 +10,14 @@ A command is imported when it is on the command line; for `--help` of a folder, 
 
 from __future__ import annotations
 
-from argparse import Namespace
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
-from llfsm_verify.cli.parser import Parser, Version
-from llfsm_verify.registry import Entry, Registry, at
+from llfsm_verify.cli.parser import GROUPS, CommandEntry, Parser, Version
+from llfsm_verify.registry import Registry
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
-
-GROUPS = ("check", "run", "build", "exchange", "look")
-"""What commands are for, in the order in which help shows them."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CommandEntry(Entry):
-    """A command: `about` is its line in the help of `llfsm`, and at its place is what adds its arguments."""
-
-    group: str
-    """One of GROUPS."""
-    runs: str
-    """The place of what runs it, as `module:attribute`."""
-
-    def run(self, options: Namespace) -> int:
-        """Returns the exit code. It may raise UsageError and DiagnosticError, which are told to the user."""
-        return cast(Callable[[Namespace], int], at(self.runs))(options)
 
 
 class Commands(Registry[Callable[[Parser], None]]):
