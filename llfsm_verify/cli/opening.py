@@ -9,10 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from llfsm_verify.cli.io.output import tell
 from llfsm_verify.cli.parser import UsageError
-from llfsm_verify.diagnostics import Source
 from llfsm_verify.limits import Limits
-from llfsm_verify.logic.properties import Feature, PropertySet, parse_properties
-from llfsm_verify.logic.reading import GivenLines, read_source
 from llfsm_verify.registry import meant
 
 if TYPE_CHECKING:
@@ -20,6 +17,8 @@ if TYPE_CHECKING:
 
     from llfsm_verify.arrangement.draft import Draft
     from llfsm_verify.arrangement.model import Arrangement
+    from llfsm_verify.diagnostics import Source
+    from llfsm_verify.logic.properties import Feature, PropertySet
 
 COMMAND_LINE: Final = "<command line>"
 """The name of what is given as it is."""
@@ -44,6 +43,8 @@ def open_arrangement(path: str) -> Arrangement:
 def read_properties(options: Namespace, features: frozenset[Feature] | None = None) -> PropertySet:
     """What `properties` and `property` of the command line ask for, in `syntax`. Raises DiagnosticError, also where a
     property needs more than `features` (None: than what engines check)."""
+    from llfsm_verify.logic.properties import parse_properties
+
     if features is None:
         from llfsm_verify.checking.goals.kinds import CHECKED
 
@@ -77,6 +78,8 @@ def chosen(properties: PropertySet, names: Sequence[str]) -> PropertySet:
 
 def property_sources(options: Namespace) -> list[Source]:
     """The texts of `properties` and `property` of the command line. DiagnosticError: a file cannot be read."""
+    from llfsm_verify.logic.reading import GivenLines, read_source
+
     sources = [read_source(path) for path in options.properties]
     if options.property:
         # One source, so that bare formulas get different names (L1, L2, …).

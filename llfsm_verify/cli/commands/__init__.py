@@ -1,11 +1,12 @@
 """The commands of `llfsm`: the table by which they are found, and the parsers made of it.
 
 A command is a module with two functions: `arguments` adds what may be written on the command line to the command's
-parser, and `run` takes what was written and returns the exit code. A command of more than 120 lines, or one whose work
-takes long to import, is a folder with the two functions in its `arguments.py` and `run.py`, and beside them what only
-this command needs. What several commands share is above, in `cli/`.
+parser, and `run` takes what was written and returns the exit code. A command of more than 120 lines is a folder with
+the two functions in its `arguments.py` and `run.py`, and beside them what only this command needs. What several
+commands share is above, in `cli/`.
 
-A command is imported when it is on the command line; for `--help` of a folder, only its arguments are.
+A command is imported when it is on the command line. What takes long to import is imported by `run`, and at the top of
+`run.py` in a folder: `--help` does not need it.
 """
 
 from __future__ import annotations
@@ -38,12 +39,12 @@ class Commands(Registry[Callable[[Parser], None]]):
 
 
 def _module(group: str, name: str, about: str) -> CommandEntry:
-    place = f"{__name__}.{name}"
+    place = f"{__name__}.{name.replace('-', '_')}"
     return CommandEntry(name, f"{place}:arguments", about, group=group, runs=f"{place}:run")
 
 
 def _folder(group: str, name: str, about: str) -> CommandEntry:
-    place = f"{__name__}.{name.replace('-', '_')}"
+    place = f"{__name__}.{name}"
     return CommandEntry(name, f"{place}.arguments:arguments", about, group=group, runs=f"{place}.run:run")
 
 
@@ -53,15 +54,15 @@ COMMANDS = Commands(
         _folder("check", "verify", "check properties"),
         _folder("check", "check", "check the arrangements that changed files belong to"),
         _module("check", "lint", "find mistakes that no property asks about, by proof"),
-        _folder("check", "query", "find a run that reaches something, or prove that none does"),
-        _folder("check", "check-recording", "decide properties on a recording"),
-        _folder("check", "report", "write a page for a safety case"),
+        _module("check", "query", "find a run that reaches something, or prove that none does"),
+        _module("check", "check-recording", "decide properties on a recording"),
+        _module("check", "report", "write a page for a safety case"),
         _folder("run", "simulate", "run an arrangement and show each step"),
         _folder("run", "run", "run an arrangement in real time, or as fast as possible"),
-        _folder("run", "replay", "run saved traces and recordings again"),
+        _module("run", "replay", "run saved traces and recordings again"),
         _folder("run", "debug", "walk a run forwards and backwards, and see why transitions fire"),
         _folder("run", "whiteboard", "read and post on the whiteboards of running arrangements"),
-        _folder("run", "send", "give a command to a running arrangement"),
+        _module("run", "send", "give a command to a running arrangement"),
         _module("run", "audit", "tell whether an audit log was changed"),
         _module("build", "init", "write a small arrangement with properties and tests"),
         _folder("build", "guard", "put a monitor and a switch before outputs, and prove what they keep"),

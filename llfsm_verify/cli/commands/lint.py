@@ -10,11 +10,6 @@ from llfsm_verify.cli.opening import limits_of, open_arrangement, read_propertie
 from llfsm_verify.cli.parser import Parser, UsageError
 from llfsm_verify.report.formats import REPORTS, Style
 
-LINT_EXIT_CODES = (
-    "exit codes: 0 no warnings (notes do not count), 1 warnings, 2 wrong usage, 3 input files wrong or unreadable, "
-    "4 something is unknown, 5 a check of a result failed, 70 internal error, 130 interrupted"
-)
-
 
 def arguments(parser: Parser) -> None:
     """Of `llfsm lint`."""
@@ -23,7 +18,8 @@ def arguments(parser: Parser) -> None:
         "are always true, values that leave their range, writes never read, machines that starve. Each finding is "
         "proved, or shown by a run.",
         "llfsm lint arrangement.yaml properties.ltl --traces",
-        LINT_EXIT_CODES,
+        "exit codes: 0 no warnings (notes do not count), 1 warnings, 2 wrong usage, 3 input files wrong or unreadable, "
+        "4 something is unknown, 5 a check of a result failed, 70 internal error, 130 interrupted",
     )
     add = parser.add_argument
     shared.arrangement(parser)

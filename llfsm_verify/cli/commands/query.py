@@ -5,24 +5,52 @@ from __future__ import annotations
 import time
 from argparse import Namespace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.verdict import Options
-from llfsm_verify.cli.disagreement import both_saved
-from llfsm_verify.cli.engine_options import given_options, refuse_misplaced
+from llfsm_verify.cli.arguments import all_steps, arrangement, colour, engine, max_states, memory_and_timeout, syntax
+from llfsm_verify.cli.engine_options import engine_options, given_options, refuse_misplaced
 from llfsm_verify.cli.io.files import ready, write_whole
 from llfsm_verify.cli.io.output import Output, tell
-from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.opening import COMMAND_LINE, limits_of, open_arrangement
-from llfsm_verify.cli.parser import UsageError
+from llfsm_verify.cli.parser import Parser, UsageError
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.report.formats import REPORTS, Style
 from llfsm_verify.verification.engines import ENGINES
-from llfsm_verify.verification.query import NAME, QueryResult, ask, parse_query
+
+if TYPE_CHECKING:
+    from llfsm_verify.arrangement.model import Arrangement
+    from llfsm_verify.verification.query import QueryResult
+
+
+def arguments(parser: Parser) -> None:
+    """Of `llfsm query`."""
+    parser.about(
+        "Find a shortest run that reaches a configuration or step, or prove that no run does.",
+        "llfsm query arrangement.yaml 'north@GREEN && count > 3' --save run.trace.yaml",
+        "exit codes: 0 a run reaches it, 1 proved that none does, 2 wrong usage, 3 input wrong or unreadable, "
+        "4 unknown, 5 a check of a result failed, 70 internal error, 130 interrupted",
+    )
+    add = parser.add_argument
+    arrangement(parser)
+    add("formula", metavar="FORMULA", help="a state formula, such as 'ns@GREEN && count > 3'")
+    syntax(parser)
+    engine(parser)
+    engine_options(parser, parser, UnrolledOptions.OPTIONS)
+    add("--format", choices=REPORTS.query, default="text", help="how to report (default: %(default)s)")
+    add("--save", metavar="FILE", help="save the run there, for llfsm replay")
+    max_states(parser)
+    memory_and_timeout(parser)
+    all_steps(parser)
+    colour(parser)
 
 
 def run(options: Namespace) -> int:
     """Returns the exit code of the answer; raises DiagnosticError for wrong files or a wrong formula."""
+    from llfsm_verify.checking.verdict import Options
+    from llfsm_verify.cli.disagreement import both_saved
+    from llfsm_verify.cli.io.progress import ProgressLine
     from llfsm_verify.report.saving import refuse_others
+    from llfsm_verify.verification.query import ask, parse_query
 
     refuse_misplaced(options)
     if options.save in ("", "-"):
@@ -49,6 +77,7 @@ def run(options: Namespace) -> int:
 
 def _save(answer: QueryResult, arrangement: Arrangement, name: str) -> None:
     """The run, for `llfsm replay`. Raises DiagnosticError (E405)."""
+    from llfsm_verify.verification.query import NAME
     from llfsm_verify.verification.tracefile import SavedProperty, document_of
 
     trace = answer.result.properties[0].trace

@@ -3,23 +3,47 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from typing import TYPE_CHECKING
 
-from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.cli.io.decided import say_decided, when_decided
+from llfsm_verify.cli.arguments import other_arrangement, property_files, property_lines
 from llfsm_verify.cli.io.output import tell
 from llfsm_verify.cli.opening import read_properties, told
-from llfsm_verify.cli.parser import UsageError
-from llfsm_verify.runtime.deciding.logs.check import DecidedOnLog, check_log
+from llfsm_verify.cli.parser import Parser, UsageError
 from llfsm_verify.runtime.deciding.logs.formats import LOGS
-from llfsm_verify.runtime.deciding.recordings import check
-from llfsm_verify.runtime.recording.file import Recording
-from llfsm_verify.runtime.recording.origin import arrangement_of
-from llfsm_verify.runtime.recording.replay import compared
+
+if TYPE_CHECKING:
+    from llfsm_verify.runtime.deciding.logs.check import DecidedOnLog
+    from llfsm_verify.runtime.recording.file import Recording
+
+
+def arguments(parser: Parser) -> None:
+    """Of `llfsm check-recording`."""
+    parser.about(
+        "Decide properties on a recording of `llfsm run`, or on a log that others wrote: violated or satisfied by what "
+        "happened, whatever comes after, or undecided at its end.",
+        "llfsm check-recording run.rec properties.ltl",
+        "exit codes: 0 no property is violated, 1 one is, 2 wrong usage, 3 files wrong or unreadable, 4 undecided",
+    )
+    add = parser.add_argument
+    add("recording", metavar="RECORDING", help="a file that `llfsm run --record` wrote; with --mapping, a log")
+    property_files(parser)
+    property_lines(parser)
+    other_arrangement(parser, "the recording has")
+    add(
+        "--allow-undecided",
+        action="store_true",
+        help="exit code 0 where nothing is violated, also if something is undecided; a damaged recording is still 4",
+    )
+    add("--mapping", metavar="FILE", help="read a log; FILE says which column gives which slot; needs --arrangement")
+    formats = "; ".join(f"{name}: {entry.about}" for name, entry in LOGS.items())
+    add("--from", dest="format", choices=LOGS, help=f"the log's format (default: by its name): {formats}")
 
 
 def run(options: Namespace) -> int:
     """1 where a property is violated, else 4 where one is undecided (with ``--allow-undecided`` only if the recording
     is damaged), else 0. Raises DiagnosticError."""
+    from llfsm_verify.runtime.recording.file import Recording
+
     if not options.properties and not options.property:
         raise UsageError("no property to decide: name a property file, or write -p TEXT")
     if options.mapping is not None:
@@ -31,6 +55,12 @@ def run(options: Namespace) -> int:
 
 
 def _decide(recording: Recording, options: Namespace) -> int:
+    from llfsm_verify.arrangement import load_arrangement
+    from llfsm_verify.cli.io.decided import say_decided, when_decided
+    from llfsm_verify.runtime.deciding.recordings import check
+    from llfsm_verify.runtime.recording.origin import arrangement_of
+    from llfsm_verify.runtime.recording.replay import compared
+
     lines = read_properties(options)
     arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
     told(lines, arrangement)
@@ -42,6 +72,10 @@ def _decide(recording: Recording, options: Namespace) -> int:
 
 
 def _decide_log(options: Namespace) -> int:
+    from llfsm_verify.arrangement import load_arrangement
+    from llfsm_verify.cli.io.decided import say_decided
+    from llfsm_verify.runtime.deciding.logs.check import check_log
+
     wanted = options.format or LOGS.named_by(options.recording)
     if wanted is None:
         raise UsageError(f"say which format the log has: --from {', '.join(LOGS)}")

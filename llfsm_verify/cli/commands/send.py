@@ -3,20 +3,47 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from typing import TYPE_CHECKING
 
-from llfsm_verify.arrangement.model import POLICY, REPLACE
-from llfsm_verify.cli.parser import UsageError
+from llfsm_verify.cli.parser import Parser, UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.runtime.live import ABSENT
-from llfsm_verify.runtime.whiteboard.client import PostRefused, Replaced, Whiteboard, WhiteboardError
-from llfsm_verify.runtime.whiteboard.places import NoPlace
-from llfsm_verify.runtime.whiteboard.posts import WRITE
+
+if TYPE_CHECKING:
+    from llfsm_verify.runtime.whiteboard.client import Replaced
+
+KINDS = ("suspend", "resume", "restart", "load", "load_suspended", "unload", "write", "replace", "policy")
+"""Of commands."""
+
+
+def arguments(parser: Parser) -> None:
+    """Of `llfsm send`."""
+    parser.about(
+        "Give a command that `operators:` declares to an arrangement that runs on this machine; it is taken at the "
+        "beginning of a cycle.",
+        "llfsm send crossing suspend north",
+        "exit codes: 0 taken, 2 wrong usage, 3 there is no such whiteboard, or the command is refused",
+    )
+    parser.add_argument("name", metavar="NAME", help="the whiteboard, as `llfsm run --whiteboard` names it")
+    parser.add_argument("what", choices=KINDS, metavar="COMMAND", help=", ".join(KINDS))
+    parser.add_argument(
+        "target", metavar="MACHINE|SLOT|FILE", help="the machine or slot; for policy: the file of the new policy"
+    )
+    parser.add_argument(
+        "value", metavar="VALUE|FILE", nargs="?", help="for write: the value; for replace: the file of the new machine"
+    )
+    parser.add_argument("--unchecked", action="store_true", help="for replace: load the machine without a check")
 
 
 def run(options: Namespace) -> int:
     """Returns 0 after the command was taken, 2 for wrong usage. DiagnosticError (E486): no such whiteboard, or the
     command is refused.
     """
+    from llfsm_verify.arrangement.model import POLICY, REPLACE
+    from llfsm_verify.runtime.live import ABSENT
+    from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError
+    from llfsm_verify.runtime.whiteboard.places import NoPlace
+    from llfsm_verify.runtime.whiteboard.posts import WRITE
+
     valued = options.what in {WRITE, REPLACE}
     if valued != (options.value is not None):
         raise UsageError(

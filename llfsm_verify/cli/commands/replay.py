@@ -3,18 +3,40 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from typing import TYPE_CHECKING
 
-from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.cli.arguments import colour, other_arrangement
 from llfsm_verify.cli.io.output import Output
-from llfsm_verify.verification.replay import Replayed, replay_file
+from llfsm_verify.cli.parser import Parser
+
+if TYPE_CHECKING:
+    from llfsm_verify.verification.replay import Replayed
 
 MISFIT = 3
 
 
+def arguments(parser: Parser) -> None:
+    """Of `llfsm replay`."""
+    parser.about(
+        "Run saved traces again and say whether what they show still happens; perform recordings of `llfsm run` again "
+        "and compare each frame, bit for bit.",
+        "llfsm replay traces/never_both.trace.yaml --arrangement mended.yaml",
+        "exit codes: 0 it still happens (or, with `expect: holds`, does not), 1 otherwise, 2 wrong usage, 3 the trace "
+        "no longer fits",
+    )
+    add = parser.add_argument
+    add("traces", metavar="TRACE", nargs="+", help="files that --save-traces or `llfsm run --record` wrote")
+    other_arrangement(parser, "the trace names")
+    add("-q", "--quiet", action="store_true", help="do not print the table of steps")
+    colour(parser)
+
+
 def run(options: Namespace) -> int:
     """The worst code over all traces: 3 when one no longer fits or is no trace file, then 1, then 0."""
+    from llfsm_verify.arrangement import load_arrangement
     from llfsm_verify.runtime.recording.file import is_recording
     from llfsm_verify.runtime.recording.repeating import replay_recording
+    from llfsm_verify.verification.replay import replay_file
 
     worst = 0
     output = Output(options.color, options.width)
