@@ -88,6 +88,12 @@ def repeatable(to: _ActionsContainer, *flags: str, text: str, **more: Any) -> No
     to.add_argument(*flags, action="append", default=[], help=f"{text}; may be repeated", **more)
 
 
+def choice(to: _ActionsContainer, flag: str, names: Iterable[str], text: str, **more: Any) -> None:
+    """An option whose value is one of these names, the first one where it is left out."""
+    known = tuple(names)
+    to.add_argument(flag, choices=known, default=known[0], help=f"{text} (default: %(default)s)", **more)
+
+
 def held_inputs(to: _ActionsContainer) -> None:
     """Inputs that keep a value."""
     repeatable(to, "--set", metavar="INPUT=VALUE", text="hold an input at a value")
@@ -128,9 +134,7 @@ def only(to: _ActionsContainer) -> None:
 
 def syntax(to: _ActionsContainer) -> None:
     """How formulas are written."""
-    to.add_argument(
-        "--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)"
-    )
+    choice(to, "--syntax", SYNTAXES, "how formulas are written")
 
 
 def max_states(to: _ActionsContainer, text: str = "end the search after N configurations") -> None:

@@ -25,7 +25,7 @@ def arguments(parser: Parser) -> None:
     shared.arrangement(parser)
     shared.property_files(parser, "property files: variables that they read count as read")
     shared.property_lines(parser)
-    add("--format", choices=REPORTS.lint, default="text", help="how to report (default: %(default)s)")
+    shared.choice(parser, "--format", REPORTS.lint, "how to report")
     add("--local", action="store_true", help="use only proofs about single turns, and do not explore configurations")
     shared.max_states(parser, "end the exploration after N configurations (default: 10^6)")
     shared.memory_and_timeout(parser)

@@ -7,7 +7,7 @@ from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from llfsm_verify.cli.arguments import all_steps, arrangement, colour, engine, max_states, memory_and_timeout, syntax
+from llfsm_verify.cli import arguments as shared
 from llfsm_verify.cli.engine_options import engine_options, given_options, refuse_misplaced
 from llfsm_verify.cli.io.files import ready, write_whole
 from llfsm_verify.cli.io.output import Output, tell
@@ -31,17 +31,17 @@ def arguments(parser: Parser) -> None:
         "4 unknown, 5 a check of a result failed, 70 internal error, 130 interrupted",
     )
     add = parser.add_argument
-    arrangement(parser)
+    shared.arrangement(parser)
     add("formula", metavar="FORMULA", help="a state formula, such as 'ns@GREEN && count > 3'")
-    syntax(parser)
-    engine(parser)
+    shared.syntax(parser)
+    shared.engine(parser)
     engine_options(parser, parser, UnrolledOptions.OPTIONS)
-    add("--format", choices=REPORTS.query, default="text", help="how to report (default: %(default)s)")
+    shared.choice(parser, "--format", REPORTS.query, "how to report")
     add("--save", metavar="FILE", help="save the run there, for llfsm replay")
-    max_states(parser)
-    memory_and_timeout(parser)
-    all_steps(parser)
-    colour(parser)
+    shared.max_states(parser)
+    shared.memory_and_timeout(parser)
+    shared.all_steps(parser)
+    shared.colour(parser)
 
 
 def run(options: Namespace) -> int:

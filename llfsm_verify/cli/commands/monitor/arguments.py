@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from llfsm_verify.cli.arguments import only, output, repeatable, syntax
+from llfsm_verify.cli.arguments import choice, only, output, repeatable, syntax
 from llfsm_verify.cli.parser import Parser
 
 SHAPES = ("text", "machine", "table", "dot")
@@ -31,13 +31,8 @@ def arguments(parser: Parser) -> None:
         metavar="MACHINE",
         help="write the rules that follow from the text of this machine of the --arrangement, as a property file",
     )
-    add(
-        "--as",
-        dest="shape",
-        choices=SHAPES,
-        default="text",
-        help="a sentence or two, a machine file, a JSON table, a drawing (default: %(default)s)",
-    )
+    text = "a sentence or two, a machine file, a JSON table, a drawing"
+    choice(parser, "--as", SHAPES, text, dest="shape")
     only(parser)
     syntax(parser)
     add("--arrangement", metavar="FILE", help="the arrangement: the types for a machine, and what the machine can miss")

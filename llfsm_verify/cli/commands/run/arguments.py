@@ -9,6 +9,8 @@ from llfsm_verify.cli import arguments as shared
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.runtime.swapping import DEFAULT
 
+ON_TROUBLE = ("report", "stop")
+
 
 def arguments(parser: Parser) -> None:
     """Of `llfsm run`."""
@@ -57,19 +59,10 @@ def _pace(parser: Parser) -> None:
         type=shared.milliseconds,
         help="how much closer two cycles may begin (default: half a cycle)",
     )
-    add(
-        "--on-overrun",
-        choices=("report", "stop"),
-        default="report",
-        help="what to do when a cycle begins a whole cycle late (default: %(default)s)",
-    )
+    shared.choice(parser, "--on-overrun", ON_TROUBLE, "what to do when a cycle begins a whole cycle late")
     add("--priority", metavar="1-99", type=priority, help="ask the system for its first-in-first-out schedule")
-    add(
-        "--processes",
-        choices=("separate", "together"),
-        default="separate",
-        help="each process of the arrangement is one of the system, or one runs them all (default: %(default)s)",
-    )
+    text = "each process of the arrangement is one of the system, or one runs them all"
+    shared.choice(parser, "--processes", ("separate", "together"), text)
 
 
 def _monitoring(parser: Parser) -> None:
@@ -84,12 +77,7 @@ def _monitoring(parser: Parser) -> None:
         text="decide the properties of this file while it runs",
     )
     shared.property_lines(parser)
-    add(
-        "--on-violation",
-        choices=("report", "stop"),
-        default="report",
-        help="what to do when a monitored property is violated (default: %(default)s)",
-    )
+    shared.choice(parser, "--on-violation", ON_TROUBLE, "what to do when a monitored property is violated")
     add("--record", metavar="FILE", help="write a recording, for `llfsm replay`")
     add("--panel", action="store_true", help="show states, slots and lateness while it runs, in a terminal")
 

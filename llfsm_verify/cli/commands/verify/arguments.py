@@ -52,7 +52,7 @@ def _search(parser: Parser, group: Group) -> None:
 
 def _report(group: Group) -> None:
     add = group.add_argument
-    add("--format", choices=REPORTS.result, default="text", help="how to report (default: %(default)s)")
+    shared.choice(group, "--format", REPORTS.result, "how to report")
     add(
         "--all",
         metavar="N",
