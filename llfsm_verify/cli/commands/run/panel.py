@@ -6,13 +6,12 @@ import select
 import shutil
 import sys
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from fractions import Fraction
+from collections.abc import Mapping
 from typing import TextIO, cast
 
 from llfsm_verify.cli.io.unhurried import Unhurried
 from llfsm_verify.report.panel import Snapshot, panel
+from llfsm_verify.runtime.launch import Launch
 from llfsm_verify.runtime.live.frame import CYCLE, ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.run import lateness
 from llfsm_verify.runtime.live.slots import STATE, VERDICT, slots_of
@@ -28,11 +27,11 @@ class Pictures:
 
     patience = INTERVAL
 
-    def __init__(self, shared: Shared, name: str, cycle: Fraction) -> None:
+    def __init__(self, shared: Shared, ready: Launch) -> None:
         from rich.console import Console
         from rich.live import Live
 
-        self._shared, self._name, self._cycle = shared, name, cycle
+        self._shared, self._name, self._cycle = shared, ready.plan.arrangement.name, ready.plan.cycle
         self._slots = slots_of(shared.loop.code)
         self._nothing = select.epoll()
         self._drawn = 0.0
@@ -85,16 +84,3 @@ class Pictures:
         self._live.stop()
         self._terminal.close()
         self._nothing.close()
-
-
-@contextmanager
-def shown(wanted: bool, shared: Shared, name: str, cycle: Fraction) -> Iterator[Pictures | None]:
-    """The panel of a run, if it is wanted."""
-    if not wanted:
-        yield None
-        return
-    pictures = Pictures(shared, name, cycle)
-    try:
-        yield pictures
-    finally:
-        pictures.close()

@@ -10,7 +10,7 @@ import signal
 import sys
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, nullcontext
 from dataclasses import replace
 from fractions import Fraction
 
@@ -20,7 +20,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.cli.arguments import DRAWN, assignments
-from llfsm_verify.cli.commands.run.panel import shown
+from llfsm_verify.cli.commands.run.panel import Pictures
 from llfsm_verify.cli.commands.run.ports import declared_ports, following, opened, unusable, writes_to_output
 from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.io.unhurried import unhurried_errors
@@ -68,7 +68,7 @@ def run(options: Namespace) -> int:
         _launched(ready, audit, swaps=not scripted) as done,
         opened(specs, done.shared, done.run.stop, options.record) as ports,
         stopping(done.run.stop) as suspended,
-        shown(options.panel, done.shared, ready.plan.arrangement.name, ready.plan.cycle) as pictures,
+        closing(Pictures(done.shared, ready)) if options.panel else nullcontext() as pictures,
     ):
         done.start(*([] if ports is None else [following(ports)]), *([] if pictures is None else [pictures.follow]))
         serve(done.run, [*(one for one in (ports, pictures) if one is not None), *done.attendants])
