@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from llfsm_verify.yaml.codes import CODES as YAML
-from llfsm_verify.yaml.codes import HINTS as YAML_HINTS
+from llfsm_verify.yaml.vocabulary import CODES as YAML
+from llfsm_verify.yaml.vocabulary import HINTS as YAML_HINTS
 
 CODES: dict[str, str] = {
     "E001": "There is no such file.",

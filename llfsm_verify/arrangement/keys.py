@@ -29,6 +29,10 @@ from llfsm_verify.yaml.tables import (
 )
 from llfsm_verify.yaml.vocabulary import Vocabulary
 
+MAX_ELEMENTS = 4096
+"""Scalars in one value."""
+MOST_NUMBERS = 1024
+"""Numbers in one table: what is looked up is found by halving, which is written out at each place."""
 _NAME, _TYPE, _VALUE, _MACHINE, _SUPPRESSED = map(Shared, ("name", "type", "value", "machine", "suppressions"))
 _NAMES = Several(_NAME, different=False)
 _LEVELS = ByName(_NAME, least=0)
@@ -49,7 +53,7 @@ ARRAY = Table(
     "an array",
     (
         Field("array", "the type of the elements", _TYPE, required=True),
-        Field("size", "the number of elements", Single(NUMBER.kinds, least=1, most=4096), required=True),
+        Field("size", "the number of elements", Single(NUMBER.kinds, least=1, most=MAX_ELEMENTS), required=True),
     ),
 )
 DECIMAL = Table(
@@ -65,10 +69,7 @@ VARIABLE = Table(
     (
         Field("type", "its type", _TYPE, required=True),
         Field(
-            "init",
-            "the initial value (else false, 0 or the first enumerator)",
-            _VALUE,
-            called="default value initial",
+            "init", "the initial value (else false, 0 or the first enumerator)", _VALUE, called="default value initial"
         ),
         _LINT,
     ),
@@ -267,9 +268,7 @@ ARRANGEMENT = Table(
         ),
         Field("timing", "`untimed` covers every real timing", Words(get_args(model.Timing))),
         Field(
-            "finished",
-            "whether a finished machine leaves the schedule (the default)",
-            Words(get_args(model.Finished)),
+            "finished", "whether a finished machine leaves the schedule (the default)", Words(get_args(model.Finished))
         ),
         Field(
             "fairness",
@@ -285,7 +284,7 @@ ARRANGEMENT = Table(
         Field(
             "tables",
             "lists of numbers that texts look up, as in `sine[i]`",
-            ByName(Several(_NUMBER, most=1024, different=False), NAME, least=0),
+            ByName(Several(_NUMBER, most=MOST_NUMBERS, different=False), NAME, least=0),
         ),
         Field(
             "whiteboard",
@@ -311,11 +310,7 @@ ARRANGEMENT = Table(
 )
 
 SHARED = (
-    Field(
-        "name",
-        "a name: letters, digits and `_`, no digit first",
-        Single(("string", "boolean", "null"), NAME),
-    ),
+    Field("name", "a name: letters, digits and `_`, no digit first", Single(("string", "boolean", "null"), NAME)),
     Field(
         "type",
         "a type: `bool`, a range such as `0..15`, `int8` to `uint64`, `int`, the name of a type, decimals, an array or "

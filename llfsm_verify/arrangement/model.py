@@ -249,7 +249,7 @@ class Arrangement:
     policy_users: tuple[Operator, ...] = ()
     """Who may change the policy while it runs."""
     access: Access | None = None
-    """Who may do what; None: everybody everything."""
+    """Who may do what; None: all may do everything."""
     declared_types: tuple[DeclaredType, ...] = ()
     """The names in `types`, and where they stand in declarations."""
     kept_as: str | None = field(default=None, init=False, compare=False, repr=False)
@@ -266,7 +266,7 @@ class Arrangement:
         return self.machines if self.environment is None else (*self.machines, self.environment)
 
     def machine(self, name: str) -> Machine:
-        """The instance called `name`, or the model of the surroundings; KeyError when there is none."""
+        """The instance called `name`, or the model of the surroundings; KeyError: it has no such machine."""
         for machine in self.texts:
             if machine.name == name:
                 return machine

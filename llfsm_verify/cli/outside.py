@@ -12,8 +12,7 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.cli.arguments import assignments
 from llfsm_verify.cli.io.decided import UNDECIDED, say_results
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, counted
-from llfsm_verify.guarding.orders import Order
-from llfsm_verify.guarding.reaction_time import Pace, reaction_time
+from llfsm_verify.guarding.reaction_time import Order, Pace, reaction_time
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.runtime.deciding.frames import FrameMonitors
 from llfsm_verify.runtime.deciding.recordings import Decided

@@ -29,10 +29,9 @@ from llfsm_verify.program.program import (
     Type,
     Var,
 )
-from llfsm_verify.program.stopping import stop_at_faults
 from llfsm_verify.program.symbolic import FAULT
 from llfsm_verify.program.terms import op
-from llfsm_verify.program.trees import expressions, fold, nodes, ringlet, statements
+from llfsm_verify.program.trees import expressions, fold, nodes, ringlet, statements, stop_at_faults
 
 INT32 = Int(-(1 << 31), (1 << 31) - 1)
 """The numbers that both NuSMV and Promela hold."""

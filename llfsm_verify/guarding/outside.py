@@ -26,8 +26,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.guarding.codes import NOT_GUARDABLE, UNFIT
 from llfsm_verify.guarding.guardable import not_safe
 from llfsm_verify.guarding.layout import Layout
-from llfsm_verify.guarding.orders import Order
-from llfsm_verify.guarding.reaction_time import Pace, reaction_time
+from llfsm_verify.guarding.reaction_time import Order, Pace, reaction_time
 from llfsm_verify.guarding.reactions import Rights
 from llfsm_verify.guarding.transform import Task, property_monitor, read_files, with_slots
 from llfsm_verify.guarding.wanted import Fresh, Names, level_above

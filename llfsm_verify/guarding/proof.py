@@ -26,7 +26,7 @@ STOPPED = "the proof was stopped before chaos had given commands"
 
 @dataclass(frozen=True, slots=True)
 class Proof:
-    """What came of it: the result under chaos in the place of `machines`, or None and `reasons` why there is none.
+    """What came of it: the result under chaos in the place of `machines`, or None, and `reasons` say why.
     `reasons` also say why something is violated, in sentences without their full stops."""
 
     machines: tuple[str, ...]

@@ -55,3 +55,25 @@ def reaction_time(pace: Pace, commands: int = 1, processes: int = 1) -> Reaction
     handed_over = pace.every * pace.looks
     others = processes - 1
     return ReactionTime(handed_over + commands + others, handed_over + 1 + others, pace.looks)
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """An operator's command, or (`kind` None) a post of an input."""
+
+    kind: str | None
+    target: str
+    value: str | None = None
+
+    @property
+    def text(self) -> str:
+        """As users write it."""
+        if self.kind is None:
+            return f"{self.target} = {self.value}"
+        return " ".join(part for part in (self.kind, self.target, self.value) if part is not None)
+
+    @property
+    def statement(self) -> str:
+        """A command as a machine gives it."""
+        assert self.kind is not None, "machines post no inputs"
+        return f"{self.target} = {self.value};" if self.value is not None else f"{self.kind}({self.target});"

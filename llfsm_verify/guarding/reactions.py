@@ -137,7 +137,7 @@ def rights(
 ) -> Rights:
     """The rights that the reactions need; `read` are the names in fallbacks of the outputs `routed`.
 
-    A class is raised only where nobody then does what he may not: who commands or writes otherwise goes on doing so.
+    A class is raised only where no one then does what he may not: who commands or writes otherwise goes on doing so.
     """
     commanded = tuple(r.machine for r in reactions if not _others_command(arrangement, r.machine))
     started = [r.machine for r in reactions if r.kind in STARTING and r.machine in commanded]
@@ -151,7 +151,7 @@ def rights(
 
 
 def _others_command(arrangement: Arrangement, target: str) -> bool:
-    """Whether somebody gives the machine commands that need a right."""
+    """Whether a machine or an operator gives it commands that need a right."""
     operators = (*arrangement.operators, *arrangement.replaceable)
     return any(o.kind != "write" and o.target == target for o in operators) or any(
         command.machine == target and (machine.name != target or command.kind not in ("suspend", "resume", "restart"))
@@ -161,7 +161,7 @@ def _others_command(arrangement: Arrangement, target: str) -> bool:
 
 
 def _is_substitute(arrangement: Arrangement, machine: Machine, routed: Collection[str], read: Collection[str]) -> bool:
-    """Whether it writes what a fallback reads, nobody else writes its variables, and no policy has a level for it."""
+    """Whether it writes what a fallback reads, no other writes its variables, and no policy has a level for it."""
     written = {name for name, _ in machine.writes()}
     if not written & set(read) or (arrangement.access is not None and arrangement.access.clearance(machine.name)):
         return False

@@ -1,9 +1,13 @@
-"""From an arrangement to a guarded one, as texts of files."""
+"""From an arrangement to a guarded one, as texts of files.
+
+The initial letter of a run is one that no monitor in the schedule reads, since it has a turn only after it. A monitor
+that is made here has read it already, where that is possible.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,17 +17,20 @@ from llfsm_verify.arrangement.formats.reading import Reading
 from llfsm_verify.arrangement.formats.writing import NewMachine
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.resolve.arrangement import resolve
+from llfsm_verify.backends.native import layout as records
+from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
-from llfsm_verify.guarding.beginning import begun
 from llfsm_verify.guarding.codes import UNFIT
 from llfsm_verify.guarding.layout import Layout
 from llfsm_verify.guarding.rewiring import instances, renamings
 from llfsm_verify.guarding.switch import switch_machine
 from llfsm_verify.guarding.wanted import Names, Wanted, as_requested, names
+from llfsm_verify.kripke.observing import Observer
 from llfsm_verify.logic.bounds import Clock
-from llfsm_verify.logic.properties import Property
+from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.monitoring.machine import Action, monitor_machine
-from llfsm_verify.monitoring.properties import Timing, monitor_properties
+from llfsm_verify.monitoring.properties import Monitored, Timing, monitor_properties
+from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
 from llfsm_verify.yaml.nodes import Scalar, implied
 from llfsm_verify.yaml.nodes import Sequence as NodeSequence
 
@@ -188,3 +195,51 @@ def property_monitor(
     }
     monitor = monitor_machine(made, places, known, Action((found.alarm,)))
     return monitor.machine, {name: name for name in (*monitor.reads.parameters, found.alarm)}
+
+
+MOST_INITIAL = 1024
+"""Initial configurations that are looked at."""
+
+
+def begun(made: Monitored, arrangement: Arrangement, lines: Sequence[Property]) -> Monitored:
+    """The monitor that has read the initial letter of the arrangement, where all initial configurations show the same
+    one, and it decides nothing; else the monitor as it is. `lines`: the property and the assumptions.
+    """
+    letter = _initial_letter(made.monitor.atoms, arrangement, lines)
+    if letter is None:
+        return made
+    state = made.monitor.step(0, letter)
+    after = _from(made.monitor, state)
+    if after.verdicts[0] is not MonitorVerdict.NOT_YET or MonitorVerdict.FALSE not in after.verdicts:
+        return made
+    return replace(made, monitor=after)
+
+
+def _initial_letter(atoms: Sequence[str], arrangement: Arrangement, lines: Sequence[Property]) -> int | None:
+    """The mask of the atoms that hold; None: that is not the same in all initial configurations, or unknown."""
+    program = bind(arrangement, PropertySet(tuple(lines))).program()
+    layout = records.Layout.of(program)
+    observer = Observer(program, layout)
+    places = {name: place for place, name in enumerate(observer.names)}
+    if not set(atoms) <= set(places):
+        return None
+    try:
+        masks = {observer.first_letter(record) for record in layout.initial(MOST_INITIAL)}
+    except (records.TooManyInitial, OverflowError):
+        return None
+    letters = {sum(1 << i for i, atom in enumerate(atoms) if mask >> places[atom] & 1) for mask in masks}
+    return letters.pop() if len(letters) == 1 else None
+
+
+def _from(monitor: Monitor, state: int) -> Monitor:
+    """The monitor that begins in another state: what is reachable from there."""
+    order = [state]
+    for known in order:
+        order += [target for target in dict.fromkeys(e.target for e in monitor.edges[known]) if target not in order]
+    numbers = {old: new for new, old in enumerate(order)}
+    return Monitor(
+        monitor.atoms,
+        tuple(monitor.verdicts[old] for old in order),
+        tuple(tuple(replace(e, target=numbers[e.target]) for e in monitor.edges[old]) for old in order),
+        tuple(monitor.hopeless[old] for old in order),
+    )

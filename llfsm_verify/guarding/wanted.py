@@ -88,7 +88,7 @@ def names(arrangement: Arrangement, texts: Iterable[str], wanted: Wanted, monito
 
 
 def _read(wanted: Wanted) -> Iterator[str]:
-    """The names in fallbacks. DiagnosticError: an expression is none."""
+    """The names in fallbacks. DiagnosticError: an expression is not valid."""
     for expression in wanted.fallbacks.values():
         yield from (n.name.text for n in expressions_in(parse_guard(expression).root) if isinstance(n, Path))
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from llfsm_verify.program.program import Block, Fault, Get, If, Let, Local, Set, Stmt, Var
-from llfsm_verify.program.stopping import stop_at_faults
 from llfsm_verify.program.terms import FALSE, TRUE, const, op
-from llfsm_verify.program.trees import statements
+from llfsm_verify.program.trees import statements, stop_at_faults
 from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.cycle import process_var
 from llfsm_verify.semantics.vocabulary import FIRED, Control, emit

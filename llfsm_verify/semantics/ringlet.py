@@ -24,13 +24,11 @@ from llfsm_verify.program.program import (
 )
 from llfsm_verify.program.terms import FALSE, TRUE, const, disjunction, get, op
 from llfsm_verify.semantics.canonical import canonical_block
-from llfsm_verify.semantics.commands import take_command
+from llfsm_verify.semantics.commands import forget_inner, run_inner, suspend_inner, take_command, unload_self
 from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.cycle import may_begin, next_turn, process_var
 from llfsm_verify.semantics.expressions import Code
 from llfsm_verify.semantics.letters import formula
-from llfsm_verify.semantics.loading import unload_self
-from llfsm_verify.semantics.nesting import forget_inner, run_inner, suspend_inner
 from llfsm_verify.semantics.operators import operate
 from llfsm_verify.semantics.recovery import recovered
 from llfsm_verify.semantics.samples import after_entry_samples, cycle_samples, ringlet_samples

@@ -78,7 +78,7 @@ def scalars_of(sample: Sampled) -> list[str]:
 def wanted_samples(context: Context, atoms: Sequence[Expression]) -> Samples:
     """What to hold for the atoms, which are typed expressions (others ask for nothing)."""
     if context.arrangement.profile.snapshot == "cycle":
-        return Samples(readers=_readers(atoms))  # the stored input is what everybody sampled
+        return Samples(readers=_readers(atoms))  # the stored input is what all of them sampled
     held: dict[tuple[str, str], Held] = {}
     truths: dict[Key, str] = {}
     for part in (p for a in atoms for p in _parts(context, a)):

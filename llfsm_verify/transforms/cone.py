@@ -115,7 +115,7 @@ def cone(program: Program, also: Iterable[str] = ()) -> Cone:
 
 
 def _slot(slot: Slot, cut: _Cut) -> Slot:
-    """A slot whose state nobody asks for has nothing left in its blocks: any statement there would ask for it."""
+    """A slot whose state nothing asks for has nothing left in its blocks: any statement there would ask for it."""
     dispatched = slot.state in cut.kept.variables
     return replace(
         slot,

@@ -25,9 +25,8 @@ from llfsm_verify.program.program import (
     Stmt,
     Var,
 )
-from llfsm_verify.program.stopping import stop_at_faults, while_fine
 from llfsm_verify.program.terms import FALSE, TRUE, op
-from llfsm_verify.program.trees import statements
+from llfsm_verify.program.trees import statements, stop_at_faults, while_fine
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.probes import DEAD, Outcome, Probe, Probes
 

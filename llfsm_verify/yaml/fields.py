@@ -126,7 +126,7 @@ class Report:
         return scalar.text
 
     def can_read(self, node: Node, what: str) -> bool:
-        """Whether the file is of a format that we know, by its key `format`; else it is said to be none (E097).
+        """Whether the file is of a format that we know, by its key `format`; else E097 is said.
 
         A later format may have keys that are unknown here, so nothing else is said of such a file.
         """

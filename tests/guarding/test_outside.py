@@ -11,9 +11,8 @@ from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.verdict import Options, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
-from llfsm_verify.guarding.orders import Order
 from llfsm_verify.guarding.outside import with_outside_guard
-from llfsm_verify.guarding.reaction_time import Pace, reaction_time
+from llfsm_verify.guarding.reaction_time import Order, Pace, reaction_time
 from llfsm_verify.guarding.transform import Task
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties

@@ -258,10 +258,10 @@ _DECLARED = re.compile(r"(?:(input|output)\s+)?(.*?)(?:[\s,]+(input|output))?(?:
 
 def _declared(text: str, keys: tuple[str, ...]) -> str:
     """The keys and values for a variable that is declared as in another language, or by its value alone."""
-    before, kind, behind, init = found.groups() if (found := _DECLARED.fullmatch(text)) else ("", text, "", None)
+    before, kind, after, init = found.groups() if (found := _DECLARED.fullmatch(text)) else ("", text, "", None)
     if init is None and re.fullmatch(r"-?\d{1,9}|true|false", kind):
         kind, init = "bool" if kind.isalpha() else f"{min(int(kind), 0)}..{max(int(kind), 15)}", kind
-    role = before or behind if "role" in keys else None
+    role = before or after if "role" in keys else None
     return f"type: {kind}" + (f", init: {init}" if init else "") + (f", role: {role}" if role else "")
 
 

@@ -34,15 +34,13 @@ from llfsm_verify.arrangement.model import (
     Suppression,
     WhiteboardVariable,
 )
-from llfsm_verify.arrangement.resolve.access import check_access, resolve_access
+from llfsm_verify.arrangement.resolve.access import check_access, check_replaceable, resolve_access, resolve_operators
 from llfsm_verify.arrangement.resolve.constant_comparisons import constant_comparisons
+from llfsm_verify.arrangement.resolve.initial import resolve_tables
 from llfsm_verify.arrangement.resolve.instance import InstanceChecker, InstanceText
 from llfsm_verify.arrangement.resolve.machine import MachineResolver, MachineText
 from llfsm_verify.arrangement.resolve.nesting import nest
-from llfsm_verify.arrangement.resolve.operators import check_replaceable, resolve_operators
-from llfsm_verify.arrangement.resolve.processes import resolve_processes
-from llfsm_verify.arrangement.resolve.surroundings import resolve_surroundings
-from llfsm_verify.arrangement.resolve.tables import resolve_tables
+from llfsm_verify.arrangement.resolve.processes import resolve_processes, resolve_surroundings
 from llfsm_verify.arrangement.resolve.timing import check_time, resolve_profile, resolve_timing
 from llfsm_verify.arrangement.resolve.type_table import TypeTable
 from llfsm_verify.arrangement.resolve.whiteboard import resolve_whiteboard

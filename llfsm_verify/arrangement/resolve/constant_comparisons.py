@@ -39,7 +39,7 @@ def _found(root: typed.Expression) -> Iterator[Diagnostic]:
 
 
 def _decided(e: typed.Binary) -> bool | None:
-    """The value of a comparison, None when the types do not decide it, or when it is none of variables alone."""
+    """The value of a comparison, None when the types do not decide it, or when it compares more than variables."""
     if e.op not in ("eq", "ne", "lt", "le", "gt", "ge") or not (is_number(e.left.type) and is_number(e.right.type)):
         return None
     left, right = interval(e.left), interval(e.right)

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from fractions import Fraction
 
 from llfsm_verify.arrangement.draft import Entry
-from llfsm_verify.arrangement.keys import ARRAY, DECIMAL, RECORD
+from llfsm_verify.arrangement.keys import ARRAY, DECIMAL, MAX_ELEMENTS, RECORD
 from llfsm_verify.arrangement.model import DeclaredType
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import DECIMAL_NAMES, DECIMAL_TYPE, TYPE_NAMES, did_you_mean
@@ -25,9 +25,6 @@ from llfsm_verify.language.types import (
 )
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Mapping, Node, Scalar, Sequence, mark
-
-MAX_ELEMENTS = 4096
-"""Scalars in one value."""
 
 _RANGE = re.compile(r"(-?[0-9]{1,20})\s*\.\.\s*(-?[0-9]{1,20})\Z")
 _STEP = re.compile(r"0\.(0*1)\Z")

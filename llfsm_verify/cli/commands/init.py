@@ -12,12 +12,14 @@ from pathlib import Path
 from shlex import quote
 from string import Template
 
+from llfsm_verify.arrangement.formats import ending_of
 from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import publish, unfinished
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*", re.ASCII)
+ARRANGEMENT = "arrangement" + ending_of("arrangement")
 TESTS = "test_model.py.txt"
 """The template of the tests; called so that no tool takes it for a module of ours."""
 NAMES = {"gitignore": ".gitignore"}
@@ -110,5 +112,5 @@ def _tell(directory: str, texts: dict[str, str]) -> None:
     prefix = "" if directory in (".", "./") else f"{directory.rstrip('/')}/"
     there = "" if not prefix else f"cd {quote(directory)}\n  "
     lines = [*(f"written: {prefix}{file}" for file in texts), "", "Try:"]
-    lines.append(f"  {there}llfsm-verify arrangement.yaml properties.ltl\n  pytest")
+    lines.append(f"  {there}llfsm-verify {ARRANGEMENT} properties.ltl\n  pytest")
     Output().plain("\n".join(lines) + "\n")

@@ -14,8 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.guarding.orders import Order
-from llfsm_verify.guarding.reaction_time import Pace, reaction_time
+from llfsm_verify.guarding.reaction_time import Order, Pace, reaction_time
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.deciding.frames import FrameMonitors

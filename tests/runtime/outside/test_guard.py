@@ -11,8 +11,7 @@ import pytest
 
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.guarding.orders import Order
-from llfsm_verify.guarding.reaction_time import Pace, reaction_time
+from llfsm_verify.guarding.reaction_time import Order, Pace, reaction_time
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.runtime.deciding.frames import FrameMonitors
 from llfsm_verify.runtime.live.loop import LiveCode

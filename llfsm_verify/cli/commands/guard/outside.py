@@ -13,9 +13,8 @@ from llfsm_verify.cli.opening import limits_of
 from llfsm_verify.cli.outside import command, refuse_undeclared
 from llfsm_verify.cli.parser import UsageError, wrong_usage
 from llfsm_verify.diagnostics import Source, counted
-from llfsm_verify.guarding.orders import Order
 from llfsm_verify.guarding.outside import PROPERTIES, Watch, with_outside_guard
-from llfsm_verify.guarding.reaction_time import Pace, reaction_time
+from llfsm_verify.guarding.reaction_time import Order, Pace, reaction_time
 from llfsm_verify.guarding.transform import Task
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.verification.verify import verify
