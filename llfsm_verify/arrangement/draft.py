@@ -8,7 +8,8 @@ a value in it is a `Node` as it is written, since what is wrong with it is for t
   is a `Sequence` of its values;
 - an initial value or an argument is a `Scalar`, or a `Sequence` or `Mapping` of them.
 
-`written` and `implied` (`nodes.py`) make scalars by hand. None stands for what the file does not say.
+`written` and `implied` (`nodes.py`) make scalars by hand. None stands for what the file does not say. Fields of type
+`Node | None` are called as documents call their keys, and readers of documents fill them by that.
 """
 
 from __future__ import annotations

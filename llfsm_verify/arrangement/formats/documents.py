@@ -6,6 +6,9 @@ Here it is said which keys (`keys.py`) are missing and which have the wrong shap
 from __future__ import annotations
 
 import re
+from dataclasses import fields as dataclass_fields
+from functools import cache
+from typing import Any
 
 from llfsm_verify.arrangement.draft import (
     UNREADABLE,
@@ -60,16 +63,10 @@ def draft_arrangement(reading: Reading, root: Node, name: str) -> ArrangementDra
         whiteboard=_whiteboard(reading, fields.get("whiteboard")),
         machines=_instances(reading, fields.get("machines"), top),
         processes=_processes(reading, fields) if "machines" in fields else UNREADABLE,
-        profile=fields.get("profile"),
-        observe=fields.get("observe"),
-        timing=fields.get("timing"),
-        cycle_ms=fields.get("cycle_ms"),
-        finished=fields.get("finished"),
-        fairness=fields.get("fairness"),
         lint=_lint(fields, root),
         environment=_environment(reading, root, fields.get("environment")),
-        operators=fields.get("operators"),
         access=_access(reading, fields.get("access")),
+        **_as_written(ArrangementDraft, fields),
     )
 
 
@@ -86,10 +83,19 @@ def draft_machine(report: Report, root: Node) -> MachineDraft | Unreadable:
         variables=_variables(report, fields.get("variables")),
         states=_states(report, fields["states"]),
         states_at=mark(fields["states"]),
-        initial=fields.get("initial"),
-        suspend=fields.get("suspend"),
         lint=_lint(fields, root),
+        **_as_written(MachineDraft, fields),
     )
+
+
+@cache
+def _written_fields(draft: type) -> tuple[str, ...]:
+    return tuple(field.name for field in dataclass_fields(draft) if field.type == "Node | None")
+
+
+def _as_written(draft: type, fields: dict[str, Node]) -> dict[str, Any]:
+    """The fields of a draft that hold a value as it is written: they are called like its key."""
+    return {name: fields.get(name) for name in _written_fields(draft)}
 
 
 def _entries(report: Report, node: Node | None, what: str) -> tuple[Entry, ...]:
@@ -108,17 +114,7 @@ def _whiteboard(report: Report, node: Node | None) -> tuple[WhiteboardDraft, ...
             found.append(WhiteboardDraft(key, UNREADABLE))
             continue
         lint = _lint(fields, value, key)
-        found.append(
-            WhiteboardDraft(
-                key,
-                fields["type"],
-                fields.get("init"),
-                fields.get("role"),
-                fields.get("changes"),
-                lint,
-                fields.get("safe"),
-            )
-        )
+        found.append(WhiteboardDraft(key, fields["type"], lint=lint, **_as_written(WhiteboardDraft, fields)))
     return tuple(found)
 
 
@@ -174,7 +170,7 @@ def _instance(
         file = reading.scalar(fields["file"], "`file`")
         machine = UNREADABLE if file is None else reading.machine(file)
     arguments = _entries(reading, fields.get("parameters"), "`parameters`")
-    return InstanceDraft(key, machine, arguments, fields.get("suspended"), fields.get("model"), fields.get("on_fault"))
+    return InstanceDraft(key, machine, arguments, **_as_written(InstanceDraft, fields))
 
 
 def _processes(report: Report, fields: dict[str, Node]) -> tuple[ProcessDraft, ...] | Unreadable:
@@ -272,7 +268,8 @@ def _variables(report: Report, node: Node | None) -> tuple[VariableDraft, ...]:
         if fields is None:
             found.append(VariableDraft(key, UNREADABLE))
         else:
-            found.append(VariableDraft(key, fields["type"], fields.get("init"), _lint(fields, value, key)))
+            lint = _lint(fields, value, key)
+            found.append(VariableDraft(key, fields["type"], lint=lint, **_as_written(VariableDraft, fields)))
     return tuple(found)
 
 
@@ -310,9 +307,7 @@ def _state(report: Report, name: Scalar, fields: dict[str, Node], item: Node) ->
             actions[kind] = text
     variables = _variables(report, fields.get("variables"))
     transitions = _transitions(report, fields.get("transitions"))
-    return StateDraft(
-        name, variables, actions, transitions, _lint(fields, item), fields.get("stays"), fields.get("runs")
-    )
+    return StateDraft(name, variables, actions, transitions, _lint(fields, item), **_as_written(StateDraft, fields))
 
 
 def _transitions(report: Report, node: Node | None) -> tuple[TransitionDraft, ...]:
