@@ -1,4 +1,5 @@
-"""What a model for another checker is written from: a block for the ringlet of each slot, without what nobody sees."""
+"""What a model for another checker is written from: a block for the ringlet of each slot, without what has no effect on
+what is checked."""
 
 from __future__ import annotations
 
@@ -150,7 +151,7 @@ def _folded(block: Block) -> Block:
     return tuple(out)
 
 
-# ---------------------------------------------------------------- what nobody sees
+# ---------------------------------------------------------------- what has no effect
 
 
 def _pruned(blocks: list[Block], roots: set[str]) -> list[Block]:
@@ -258,7 +259,7 @@ def _too_wide(node: Expr, flat: Flat) -> Diagnostic:
 class Identifiers:
     """Names of the arrangement as identifiers of another language, each given once.
 
-    Every identifier gets a prefix with an underscore, so none is a word of that language.
+    Every identifier gets a prefix with an underscore, so that no identifier is a word of that language.
     """
 
     def __init__(self, *taken: str) -> None:

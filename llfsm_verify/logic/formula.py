@@ -194,6 +194,21 @@ def postorder(*roots: Formula, known: Container[Formula] = ()) -> list[Formula]:
     return order
 
 
+def mapped(f: Formula, change: Callable[[Formula, tuple[Formula, ...]], Formula | None]) -> Formula:
+    """`f` with what `change` makes of each subformula, of which it is told what became of the arguments; None: the same
+    operator over these."""
+    done: dict[Formula, Formula] = {}
+    for node in postorder(f):
+        args = tuple(done[a] for a in node.args)
+        made = change(node, args)
+        if made is None and args == node.args:
+            made = node
+        elif made is None:
+            made = negation(*args) if node.op == "not" else apply(node.op, *args, bound=node.key)
+        done[node] = made
+    return done[f]
+
+
 def size(f: Formula) -> int:
     """The number of distinct subformulas."""
     return len(postorder(f))

@@ -7,7 +7,18 @@ from collections.abc import Mapping
 
 from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.formula import BINDING, BOOLEAN, PAST, Formula, apply, atoms, is_boolean, postorder, to_text
+from llfsm_verify.logic.formula import (
+    BINDING,
+    BOOLEAN,
+    PAST,
+    Formula,
+    apply,
+    atoms,
+    is_boolean,
+    mapped,
+    postorder,
+    to_text,
+)
 
 SHOWN = 120
 """Characters of a formula in a message, and then an ellipsis."""
@@ -42,14 +53,7 @@ def unguarded(formula: Formula, names: Mapping[str, Formula] = _NO_NAMES) -> tup
 
 def without_initially(formula: Formula) -> Formula:
     """The formula that means the same without the word."""
-    done: dict[Formula, Formula] = {}
-    for node in postorder(formula):
-        args = tuple(done[a] for a in node.args)
-        if node.op == "initially":
-            done[node] = args[0]
-        else:
-            done[node] = node if args == node.args else apply(node.op, *args, bound=node.key)
-    return done[formula]
+    return mapped(formula, lambda node, args: args[0] if node.op == "initially" else None)
 
 
 def forgotten(

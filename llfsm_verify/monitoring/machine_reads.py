@@ -98,7 +98,7 @@ class _Reader:
         self._atoms[key] = (fragment.text, edits)
 
     def _need(self, name: str, kind: Value, fragment: Fragment) -> None:
-        """Make a parameter. DiagnosticError (E430): the name can be none, or is one of another kind."""
+        """Make a parameter. DiagnosticError (E430): no parameter can have the name, or one of another kind has it."""
         if self._scope is not None and name == self._scope.surroundings:
             raise DiagnosticError(_not_there(UNREADABLE, name, fragment.span(0, len(fragment.text))))
         if name in RESERVED or self._parameters.get(name, kind) != kind:

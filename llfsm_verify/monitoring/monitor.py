@@ -35,7 +35,7 @@ def monitor(
 ) -> Monitor:
     """The monitor of `formula` over `atom_order` (its own atoms by default), whatever its operators.
 
-    `given`: only continuations that satisfy this assumption count; once there is none, no violation can follow, and the
+    `given`: only continuations that satisfy this assumption count; once none does, no violation can follow, and the
     verdict is true. `clock`: what bounds in time mean; with such, TICK (time passes after this letter) is an atom,
     unless time passes after every letter. Source: Bauer, Leucker and Schallhart, Runtime verification for LTL and
     TLTL, ACM TOSEM 20 (2011). ValueError as for `translate`; Untranslatable: bounds in time and no clock.

@@ -23,7 +23,7 @@ MAX_PAIRS = 20_000
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """What bounds in time mean (`clock` None: there are none), and whether time passes after every letter."""
+    """What bounds in time mean (`clock` None: no formula has any), and whether time passes after every letter."""
 
     clock: Clock | None = None
     every_letter_ticks: bool = False

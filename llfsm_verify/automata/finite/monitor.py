@@ -50,7 +50,7 @@ class RegularMonitor:
         """`atom_order` gives the bits of letters; `possible` is what every configuration satisfies.
 
         `possible` is by default that a machine is in one state at a time; atoms are free otherwise. NoWord,
-        EmptyWordForbidden: the property is none. AutomatonTooLarge: the expression's automaton is.
+        EmptyWordForbidden: the property is void. AutomatonTooLarge: the expression's automaton is.
         """
         self._kind = kind
         self._guards = guards = Guards(atom_order)

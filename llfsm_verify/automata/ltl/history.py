@@ -19,6 +19,7 @@ from llfsm_verify.logic.formula import (
     conjunction,
     disjunction,
     is_boolean,
+    mapped,
     negation,
     postorder,
 )
@@ -165,8 +166,4 @@ class _Pasts:
 
 def _with(formula: Formula, values: dict[Formula, Formula]) -> Formula:
     """A state formula with these formulas in place of atoms."""
-    done: dict[Formula, Formula] = {}
-    for node in postorder(formula):
-        args = tuple(done[a] for a in node.args)
-        done[node] = values.get(node, negation(args[0]) if node.op == "not" else rebuilt(node, args))
-    return done[formula]
+    return mapped(formula, lambda node, _: values.get(node))

@@ -1,7 +1,7 @@
 """Formulas with regular expressions as automata: a plain formula, and beside it a small automaton for each expression.
 
 In negation normal form an expression's subformula has one polarity. It becomes an atom that starts a module; the module
-reads the word from there and may demand another atom, which stands for the formula behind the expression.
+reads the word from there and may demand another atom, which stands for the formula after the expression.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ class _Move:
 class _Module:
     """What an expression's subformula demands of the words from each place where its atom `start` holds.
 
-    `every`: behind every match `demand` holds; `some`: behind some match it does; `closure`: every beginning can become
-    a match, until there is one; `no closure`: some beginning cannot, and there was no match before.
+    `every`: at the end of every match `demand` holds; `some`: at the end of some match it does; `closure`: every
+    beginning can become a match, until there is one; `no closure`: some beginning cannot, and no match came before.
     """
 
     sort: Sort
@@ -205,14 +205,14 @@ def _separated(formula: Formula, guards: Guards) -> tuple[Formula, list[_Module]
     modules: dict[tuple[Sort, Formula, Formula], _Module] = {}
     laws: list[Formula] = []
 
-    def module(sort: Sort, expression: Formula, behind: Formula) -> Formula:
-        key = (sort, expression, behind)
+    def module(sort: Sort, expression: Formula, after: Formula) -> Formula:
+        key = (sort, expression, after)
         if key not in modules:
             number = len(modules)
-            demand = behind
-            if not is_boolean(behind) or any(k.startswith(HIDDEN + "module") for k in atoms(behind)):
+            demand = after
+            if not is_boolean(after) or any(k.startswith(HIDDEN + "module") for k in atoms(after)):
                 demand = atom(f"{HIDDEN}then{number}")
-                laws.append(apply("G", apply("implies", demand, behind)))
+                laws.append(apply("G", apply("implies", demand, after)))
             automaton = nondeterministic(expression, guards)
             if sort in ("closure", "no closure"):
                 automaton = _trimmed(automaton)

@@ -147,7 +147,7 @@ class Translator(Generic[L]):
         return without_sets(small)
 
     def _weak(self, formula: Formula, graph: Symbolic[L], max_states: int) -> Symbolic[L] | None:
-        """The minimal deterministic weak automaton; None: there is none, or it has more than `max_states` states."""
+        """The minimal deterministic weak automaton; None: it is too large, or the language has none."""
         try:
             most = STEPS_PER_TRANSITION * (20 + sum(map(len, graph.rows)))
             determined = Determined(graph, MAX_SUBSETS, min(MAX_STEPS, most))

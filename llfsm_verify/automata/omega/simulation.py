@@ -110,7 +110,7 @@ def _united(graph: Symbolic[L], row: Sequence[Arc[L]]) -> L:
 def _refine(rows: Rows[L], above: list[int], order: Sequence[int]) -> bool:
     """Shrink `above[q]`, the states that may simulate q, to the greatest simulation. False: too much work, not done.
 
-    Each pair is compared once, states in `order` (best: targets before sources), and again only when a pair behind it
+    Each pair is compared once, states in `order` (best: targets before sources), and again only when a pair after it
     has been lost. Source: Henzinger, Henzinger and Kopke, Computing simulations on finite and infinite graphs, FOCS
     1995.
     """

@@ -38,12 +38,12 @@ from llfsm_verify.exports.formulas import (
 from llfsm_verify.exports.promela.blocks import (
     Blocks,
     conditional,
+    header,
     indivisible,
     pick_any,
     storage,
     type_of,
 )
-from llfsm_verify.exports.promela.header import header
 from llfsm_verify.logic.formula import Formula, apply, conjunction, negation
 from llfsm_verify.program.program import (
     Block,
@@ -100,9 +100,9 @@ class _Model:
         self._negated: dict[str, str] = {}
         """Outputs of the letter that the formulas need negated too: a fault makes both true (`formulas.weakened`)."""
         self._choices = {c.name: c for c in self._program.choices}
-        self._behind: dict[str, list[str]] = {}
+        self._following: dict[str, list[str]] = {}
         self._blocks = Blocks(
-            self._ids, self._names, flat.vars, self._program.choices, [*flat.steps, flat.stutter], self._behind
+            self._ids, self._names, flat.vars, self._program.choices, [*flat.steps, flat.stutter], self._following
         )
         self._free = [v for v in self._configuration if v.free]
         self._whole = [self._complete(f) for _, f in self._spec.goals]
@@ -112,9 +112,9 @@ class _Model:
     def _follow(self) -> None:
         """What follows assignments to parts of the letter."""
         for output, name in self._negated.items():
-            self._behind.setdefault(output, []).append(f"{name} = !{self._names[output]}")
+            self._following.setdefault(output, []).append(f"{name} = !{self._names[output]}")
         if self._rounds:
-            self._behind.setdefault(self._rounds[-1], []).append(self._next_round())
+            self._following.setdefault(self._rounds[-1], []).append(self._next_round())
 
     def _next_round(self) -> str:
         """The next fairness goal is waited for; after the last one a round is complete (degeneralization)."""

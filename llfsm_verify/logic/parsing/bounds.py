@@ -92,7 +92,7 @@ def time_bounds(words: Words) -> Iterator[tuple[Span, TimeBound]]:
 
 
 def _time(letter: str, text: str) -> tuple[Op, str] | str | None:
-    """The operator and its key. A message: what is wrong with a bound in time. None: it is none."""
+    """The operator and its key. A message: what is wrong with a bound in time. None: it is not one."""
     least, colon, most = text.partition(":")
     if text.startswith("<="):
         times = ["0", milliseconds(text.removeprefix("<="))]

@@ -205,9 +205,9 @@ class Definitions:
         if token.type != "NAME" or token.text not in self._bodies:
             return False
         before = tokens[i - 1].type if i else ""
-        behind = tokens[i + 1].type if i + 1 < len(tokens) else ""
+        after = tokens[i + 1].type if i + 1 < len(tokens) else ""
         of_machine = i > 2 and before == "LPAR" and tokens[i - 2].text in OF_STATES and tokens[i - 3].type == "DOT"
-        apart = before not in ("DOT", "AT") and behind not in ("DOT", "AT", "LPAR", "LSQB")
+        apart = before not in ("DOT", "AT") and after not in ("DOT", "AT", "LPAR", "LSQB")
         return apart and not of_machine
 
     def _body(self, name: str, place: Span, inside: tuple[str, ...]) -> Fragment:

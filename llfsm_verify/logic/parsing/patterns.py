@@ -10,7 +10,7 @@ from typing import NamedTuple, cast
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source, Span
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import TimeBound, time_bound
-from llfsm_verify.logic.formula import TIMED, Formula, Op, apply, negation, postorder
+from llfsm_verify.logic.formula import TIMED, Formula, Op, apply, mapped
 from llfsm_verify.logic.parsing.bounds import milliseconds, spelt
 from llfsm_verify.logic.parsing.formulas import Parsed, parse_formula, parse_words, refuse_initially
 from llfsm_verify.logic.parsing.tokens import CLOSING, ENDS_OPERAND, OPENING
@@ -196,17 +196,13 @@ def _instance(name: str, scope: Scope, within: str | None = None, **events: Form
     """The formula of a pattern with formulas in the place of its events, and the bound that is written after `within`
     in the place of its own."""
     known = {**events, **scope.events}
-    done: dict[Formula, Formula] = {}
-    pattern = _formula(PATTERNS[name][SCOPES.index(scope.kind)])
-    for node in postorder(pattern):
-        args = tuple(done[a] for a in node.args)
-        if node.op == "atom":
-            done[node] = known[node.key]
-        elif node.op in TIMED:
-            done[node] = apply(node.op, *args, bound=within) if within else apply(cast(Op, node.op[0]), *args)
-        else:
-            done[node] = negation(*args) if node.op == "not" else apply(node.op, *args)
-    return done[pattern]
+
+    def change(node: Formula, args: tuple[Formula, ...]) -> Formula | None:
+        if node.op in TIMED:
+            return apply(node.op, *args, bound=within) if within else apply(cast(Op, node.op[0]), *args)
+        return known[node.key] if node.op == "atom" else None
+
+    return mapped(_formula(PATTERNS[name][SCOPES.index(scope.kind)]), change)
 
 
 @cache

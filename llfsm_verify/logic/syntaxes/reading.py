@@ -148,7 +148,7 @@ class _Reader:
             if operand_next:
                 operand_next = self._operand(token, tokens[i + 1] if i + 1 < len(tokens) else None)
             else:
-                operand_next = self._behind(token)
+                operand_next = self._after(token)
         if operand_next:
             raise self._error(f"something is missing after `{tokens[-1].text}`, where the formula ends", tokens[-1])
         if self._frames:
@@ -220,7 +220,7 @@ class _Reader:
             return
         self._frames.append(_Frame(token, len(self._operators), inside))
 
-    def _behind(self, token: _Token) -> bool:
+    def _after(self, token: _Token) -> bool:
         """Take `token` after an operand; whether one is expected now."""
         kind, text = token.kind, token.text
         top = self._operands[-1]

@@ -21,8 +21,8 @@ from llfsm_verify.logic.formula import (
     apply,
     conjunction,
     disjunction,
+    mapped,
     negation,
-    postorder,
     repetition,
     written,
 )
@@ -90,16 +90,7 @@ def write_formula(syntax: str, formula: Formula, limit: int | None = None) -> st
 
 def _said(spelling: _Spelling, formula: Formula) -> Formula:
     """`formula` with the operators that the syntax lacks said by others."""
-    done: dict[Formula, Formula] = {}
-    for node in postorder(formula):
-        args = tuple(done[a] for a in node.args)
-        if node.op in spelling.instead:
-            done[node] = spelling.instead[node.op](*args)
-        elif args == node.args:
-            done[node] = node
-        else:
-            done[node] = negation(args[0]) if node.op == "not" else apply(node.op, *args, bound=node.key)
-    return done[formula]
+    return mapped(formula, lambda f, args: spelling.instead[f.op](*args) if f.op in spelling.instead else None)
 
 
 def _pieces(spelling: _Spelling, f: Formula) -> Pieces:
