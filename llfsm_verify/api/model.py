@@ -121,11 +121,11 @@ class Model:
         """
         if self._document is None:
             raise ValueError(f"`{self.name}` comes from {self.path} already")
-        from llfsm_verify.arrangement.formats import written_arrangement
+        from llfsm_verify.arrangement.formats import writer_of
 
         folder = Path(path).resolve().parent
         document = with_files(self._document, lambda file: os.path.relpath(file, folder))
-        text = written_arrangement(document, str(path))
+        text = writer_of(str(path)).arrangement(document)
         with replacing(Path(path)) as file:
             file.write(text.encode())
 

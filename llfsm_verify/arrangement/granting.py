@@ -7,9 +7,8 @@ import hashlib
 import json
 from collections.abc import Iterator
 
-from llfsm_verify.arrangement.access import Access
 from llfsm_verify.arrangement.draft import Unreadable
-from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.model import Access, Arrangement
 from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.yaml.nodes import Mapping, Node, Scalar, Sequence, mark
 

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 
-from llfsm_verify.arrangement.access import Access
-from llfsm_verify.arrangement.model import Arrangement, Machine
+from llfsm_verify.arrangement.model import Access, Arrangement, Machine
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.drawing.graph import Edge, EdgeKind, Graph, Node
 

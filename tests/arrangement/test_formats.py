@@ -126,10 +126,9 @@ def test_a_machine_in_it_takes_the_place_of_another_and_what_has_no_writer_is_no
     draft = formats.read_arrangement(Given(path))
     changed = resolve(with_replacement(draft, Replacement("m", "new.lines", LAMP.replace("when true", "when button"))))
     assert [t.text for s in changed.machines[0].states for t in s.transitions] == ["button", "button"]
-    document = {"machines": {"m": {"file": "a.lines"}}, "schedule": ["m"]}
     with pytest.raises(Unregistered, match="writer of arrangements `lines`"):
-        formats.written_arrangement(document, "b.lines")
-    assert formats.written_arrangement(document, "b") == formats.written_arrangement(document, "b.yml")
+        formats.writer_of("b.lines")
+    assert formats.writer_of("b") is formats.writer_of("b.yml")
 
 
 @pytest.mark.usefixtures("lines")

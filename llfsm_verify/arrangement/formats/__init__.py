@@ -61,14 +61,6 @@ def read_arrangement(given: Given, format_name: str | None = None) -> Draft:
     return ARRANGEMENTS.load(format_name or ARRANGEMENTS.named_by(str(given.path)) or USUAL)(given)
 
 
-def written_arrangement(document: Mapping[str, object], path: str) -> str:
-    """A document of Python values, as `build_arrangement` takes it, as the text of a file at `path`.
-
-    Unregistered: the format that the path's ending stands for can only be read.
-    """
-    return writer_of(path).arrangement(document)
-
-
 def writer_of(path: str) -> Writer:
     """The writer for a file at `path`. Unregistered: the format that its ending stands for can only be read."""
     return WRITERS.load(ARRANGEMENTS.named_by(path) or USUAL)

@@ -6,9 +6,8 @@ from collections.abc import Container, Iterable, Mapping
 from typing import cast
 
 from llfsm_verify.arrangement import keys
-from llfsm_verify.arrangement.access import Access
 from llfsm_verify.arrangement.keys import OPERATORS
-from llfsm_verify.arrangement.model import POLICY, Machine, Operator, OperatorKind, WhiteboardVariable
+from llfsm_verify.arrangement.model import POLICY, Access, Machine, Operator, OperatorKind, WhiteboardVariable
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.language.types import ArrayType, IntType, RecordType

@@ -7,7 +7,6 @@ from dataclasses import replace
 from functools import partial
 from typing import cast, get_args
 
-from llfsm_verify.arrangement.access import Access
 from llfsm_verify.arrangement.draft import (
     ArrangementDraft,
     Draft,
@@ -22,6 +21,7 @@ from llfsm_verify.arrangement.model import (
     ENVIRONMENT,
     POLICY,
     REPLACE,
+    Access,
     Arrangement,
     Fairness,
     Finished,

@@ -19,8 +19,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Self
 
-from llfsm_verify.arrangement.access import Access
-from llfsm_verify.arrangement.model import POLICY, Arrangement
+from llfsm_verify.arrangement.model import POLICY, Access, Arrangement
 from llfsm_verify.arrangement.replacing import Change, Replacement
 from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST
 from llfsm_verify.runtime.whiteboard.posts import LENT, WRITE
