@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.limits import LimitReached
-from llfsm_verify.logic.formula import Formula, Op, apply, atom, conjunction, negation, postorder
+from llfsm_verify.logic.formula import Formula, Op, apply, atom, conjunction, mapped, negation, postorder
 from llfsm_verify.logic.rewriting.normal_form import nnf
 
 MAX_TEXT = 1 << 20
@@ -66,16 +66,13 @@ def weaken(f: Formula) -> Formula:
     Model Checking of Safety Properties, FMSD 2001; the weak view of Eisner et al., Reasoning with Temporal Logic on
     Truncated Paths, CAV 2003). On runs that are not cut off the result means `f`.
     """
-    f = nnf(f)
-    done: dict[Formula, Formula] = {}
-    for node in postorder(f):
+
+    def change(node: Formula, _: tuple[Formula, ...]) -> Formula | None:
         if node.op == "atom":
-            done[node] = atom(YES + node.key)
-        elif node.op == "not":
-            done[node] = atom(NO + node.args[0].key)
-        else:
-            done[node] = apply(node.op, *(done[a] for a in node.args)) if node.args else node
-    return done[f]
+            return atom(YES + node.key)
+        return atom(NO + node.args[0].key) if node.op == "not" else None
+
+    return mapped(nnf(f), change)
 
 
 def fair(premise: str | None, goal: str) -> Formula:

@@ -9,6 +9,7 @@ from llfsm_verify.automata.labels import Cube, L, alphabet_of
 from llfsm_verify.automata.ltl.counting import Counting
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.ltl.translation import automaton_of, reader_of
+from llfsm_verify.automata.omega.products import explore
 from llfsm_verify.automata.omega.reduction import closure
 from llfsm_verify.automata.omega.simulation import simulating
 from llfsm_verify.automata.omega.subsets import Step, maximal, regions_of
@@ -148,25 +149,8 @@ def timed_automaton(formula: Formula, keys: Sequence[str], clock: Clock | None =
     assert isinstance(reader, Counting)
     if reader.is_empty:
         return Automaton(tuple(keys), (), reader.acceptance_sets + 1)
-    numbers = {0: 0}
-    queue = [0]
-    rows: list[tuple[Edge, ...]] = []
-    made = 0
-    for state in queue:
-        tick()
-        row: list[Edge] = []
-        for positive, negative, target, acceptance in _moves(reader, state):
-            number = numbers.setdefault(target, len(queue))
-            if number == len(queue):
-                queue.append(target)
-            row.append(Edge(positive, negative, number, acceptance))
-        made += len(row)
-        if len(queue) > MAX_TIMED_STATES:
-            raise AutomatonTooLarge("states", MAX_TIMED_STATES)
-        if made > MAX_TIMED_EDGES:
-            raise AutomatonTooLarge("transitions", MAX_TIMED_EDGES)
-        rows.append(tuple(row))
-    return Automaton(tuple(keys), tuple(rows), reader.acceptance_sets + 1)
+    sets = reader.acceptance_sets + 1
+    return explore(0, lambda state: _moves(reader, state), keys, sets, MAX_TIMED_STATES, MAX_TIMED_EDGES)
 
 
 def _moves(reader: Counting, state: int) -> list[tuple[int, int, int, int]]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
+from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.omega.complement import NotDeterministic, complement
+from llfsm_verify.automata.omega.products import explore
 from llfsm_verify.automata.properties import load_automata, over, regular_monitor
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.limits import tick
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import TICK, Clock
 from llfsm_verify.logic.formula import TIMED, Formula, atoms, conjunction, operators
@@ -120,26 +120,16 @@ def _intersection(left: Automaton, right: Automaton) -> Automaton:
     sets = left.acceptance_sets + right.acceptance_sets
     if left.is_empty or right.is_empty:
         return Automaton(left.atoms, (), sets)
-    numbers = {(0, 0): 0}
-    queue = [(0, 0)]
-    rows: list[tuple[Edge, ...]] = []
-    for p, q in queue:
-        tick()
-        row: list[Edge] = []
-        for a in left.edges[p]:
-            for b in right.edges[q]:
+
+    def following(pair: tuple[int, int]) -> Iterator[tuple[int, int, tuple[int, int], int]]:
+        for a in left.edges[pair[0]]:
+            for b in right.edges[pair[1]]:
                 positive, negative = a.positive | b.positive, a.negative | b.negative
-                if positive & negative:
-                    continue
-                pair = (a.target, b.target)
-                number = numbers.setdefault(pair, len(queue))
-                if number == len(queue):
-                    queue.append(pair)
-                    if len(queue) > MAX_PAIRS:
-                        raise AutomatonTooLarge("states", MAX_PAIRS)
-                row.append(Edge(positive, negative, number, b.acceptance << left.acceptance_sets | a.acceptance))
-        rows.append(tuple(row))
-    return Automaton(left.atoms, tuple(rows), sets)
+                if not positive & negative:
+                    acceptance = b.acceptance << left.acceptance_sets | a.acceptance
+                    yield positive, negative, (a.target, b.target), acceptance
+
+    return explore((0, 0), following, left.atoms, sets, MAX_PAIRS)
 
 
 def shown(key: str) -> str:

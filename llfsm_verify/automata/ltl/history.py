@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
-from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
+from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.boolean import Guard, Guards
-from llfsm_verify.limits import tick
+from llfsm_verify.automata.omega.products import explore
 from llfsm_verify.logic.bounds import HIDDEN, rebuilt
 from llfsm_verify.logic.formula import (
     FALSE,
@@ -97,16 +97,12 @@ def remembering(automaton: Automaton, memories: Sequence[Memory], kept: int) -> 
     pasts = _Pasts(guards, memories)
     shown = (1 << kept) - 1
     places = [automaton.atoms.index(m.atom.key) for m in memories]
-    first = (0, sum(1 << i for i, m in enumerate(memories) if m.first))
-    numbers = {first: 0}
-    order = [] if automaton.is_empty else [first]
-    rows: list[tuple[Edge, ...]] = []
-    made = 0
-    for state, bits in order:
-        tick()
-        now, regions = pasts.of(bits)
-        row: dict[Edge, None] = {}
-        for edge in automaton.edges[state]:
+    if automaton.is_empty:
+        return Automaton(automaton.atoms[:kept], (), automaton.acceptance_sets)
+
+    def following(node: tuple[int, Bits]) -> Iterator[tuple[int, int, tuple[int, Bits], int]]:
+        now, regions = pasts.of(node[1])
+        for edge in automaton.edges[node[0]]:
             label = guards.cube(edge.positive & shown, edge.negative & shown)
             for place, holds in zip(places, now, strict=True):
                 if edge.positive >> place & 1:
@@ -114,20 +110,11 @@ def remembering(automaton: Automaton, memories: Sequence[Memory], kept: int) -> 
                 elif edge.negative >> place & 1:
                     label = label & ~holds
             for region, after in regions:
-                common = label & region
-                if common:
-                    number = numbers.setdefault((edge.target, after), len(order))
-                    if number == len(order):
-                        order.append((edge.target, after))
-                    for positive, negative in guards.cubes(common):
-                        row[Edge(positive, negative, number, edge.acceptance)] = None
-        rows.append(tuple(row))
-        made += len(row)
-        if len(order) > MAX_STATES:
-            raise AutomatonTooLarge("states", MAX_STATES)
-        if made > MAX_EDGES:
-            raise AutomatonTooLarge("transitions", MAX_EDGES)
-    return Automaton(automaton.atoms[:kept], tuple(rows), automaton.acceptance_sets)
+                for positive, negative in guards.cubes(label & region):
+                    yield positive, negative, (edge.target, after), edge.acceptance
+
+    first = (0, sum(1 << i for i, m in enumerate(memories) if m.first))
+    return explore(first, following, automaton.atoms[:kept], automaton.acceptance_sets, MAX_STATES, MAX_EDGES)
 
 
 class _Pasts:

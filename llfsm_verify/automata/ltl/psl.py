@@ -15,6 +15,7 @@ from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.boolean import Guard, Guards
 from llfsm_verify.automata.finite.expressions import FiniteAutomaton, nondeterministic, useful_states
 from llfsm_verify.automata.ltl.translate import translate
+from llfsm_verify.automata.omega.products import explore
 from llfsm_verify.automata.omega.reduction import smaller
 from llfsm_verify.limits import tick
 from llfsm_verify.logic.bounds import HIDDEN
@@ -115,6 +116,10 @@ def expression_automaton(formula: Formula, atom_order: Sequence[str], fresh: Seq
     return smaller(_Product(main, modules, guards, len(everything), len(atom_order)).automaton())
 
 
+_Node = tuple[int, tuple[ModuleState, ...]]
+"""A state of the plain formula's automaton, and those of the modules."""
+
+
 class _Product:
     def __init__(self, main: Automaton, modules: list[_Module], guards: Guards, visible: int, kept: int) -> None:
         self._main, self._modules, self._guards = main, modules, guards
@@ -139,27 +144,13 @@ class _Product:
             return Automaton(self._atoms, (), 0)
         empty: ModuleState = (frozenset(), frozenset())
         first = (0, (empty,) * len(self._modules))
-        numbers = {first: 0}
-        queue = [first]
-        rows: list[tuple[Edge, ...]] = []
-        made = 0
-        for q, states in queue:
-            row: dict[Edge, None] = {}
-            for edge in self._main.edges[q]:
-                for guard, acceptance, after in self._joint(edge, states):
-                    node = (edge.target, after)
-                    if node not in numbers:
-                        numbers[node] = len(queue)
-                        queue.append(node)
-                        if len(queue) > MAX_STATES:
-                            raise AutomatonTooLarge("states", MAX_STATES)
-                    for positive, negative in self._guards.cubes(guard):
-                        row[Edge(positive & self._kept, negative & self._kept, numbers[node], acceptance)] = None
-            rows.append(tuple(row))
-            made += len(row)
-            if made > MAX_EDGES:
-                raise AutomatonTooLarge("transitions", MAX_EDGES)
-        return Automaton(self._atoms, tuple(rows), self._sets)
+        return explore(first, self._following, self._atoms, self._sets, MAX_STATES, MAX_EDGES)
+
+    def _following(self, node: _Node) -> Iterator[tuple[int, int, _Node, int]]:
+        for edge in self._main.edges[node[0]]:
+            for guard, acceptance, after in self._joint(edge, node[1]):
+                for positive, negative in self._guards.cubes(guard):
+                    yield positive & self._kept, negative & self._kept, (edge.target, after), acceptance
 
     def _joint(
         self, edge: Edge, states: tuple[ModuleState, ...]

@@ -1,13 +1,53 @@
-"""Products: a word in an automaton, and two automata side by side, with the words that both accept."""
+"""Products: automata of what is reached together, a word in an automaton, and two automata side by side, with the words
+that both accept."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Sequence
+from typing import TypeVar
 
-from llfsm_verify.automata.automaton import Automaton, Edge
+from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
+from llfsm_verify.limits import tick
 
 Pair = tuple[int, int]
+
+
+NodeT = TypeVar("NodeT", bound=Hashable)
+
+
+def explore(
+    first: NodeT,
+    following: Callable[[NodeT], Iterable[tuple[int, int, NodeT, int]]],
+    atoms: Sequence[str],
+    acceptance_sets: int,
+    max_states: int,
+    max_edges: int | None = None,
+) -> Automaton:
+    """The automaton whose states are the nodes that are reached from `first`.
+
+    `following`: the transitions of a node: positive and negative atoms, target, acceptance. AutomatonTooLarge: more
+    states or transitions than the limits.
+    """
+    numbers = {first: 0}
+    queue = [first]
+    rows: list[tuple[Edge, ...]] = []
+    made = 0
+    for node in queue:
+        tick()
+        row: dict[Edge, None] = {}
+        for positive, negative, target, acceptance in following(node):
+            number = numbers.setdefault(target, len(queue))
+            if number == len(queue):
+                queue.append(target)
+                if len(queue) > max_states:
+                    raise AutomatonTooLarge("states", max_states)
+            row[Edge(positive, negative, number, acceptance)] = None
+        rows.append(tuple(row))
+        made += len(row)
+        if max_edges is not None and made > max_edges:
+            raise AutomatonTooLarge("transitions", max_edges)
+    return Automaton(tuple(atoms), tuple(rows), acceptance_sets)
 
 
 def accepts(automaton: Automaton, stem: Sequence[Collection[str]], loop: Sequence[Collection[str]]) -> bool:
