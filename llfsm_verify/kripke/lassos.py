@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Self
 
 from llfsm_verify.automata.omega.components import components
 from llfsm_verify.kripke.graph import Graph, Letters
+from llfsm_verify.kripke.memory import Closing
 from llfsm_verify.kripke.paths import Breadth, Components, PathStep, SearchTarget
 from llfsm_verify.kripke.product import NO_STATE, EdgeClasses, Move, ProductNode, Rows, Sizes
 from llfsm_verify.limits import tick
@@ -274,7 +274,7 @@ def short_lasso(found: Space, starts: Sequence[ProductNode]) -> Walk:
     return walk(start, (*stem, *best.loop), len(stem))
 
 
-class _Loops:
+class _Loops(Closing):
     """Finds loops through all acceptance sets from given product nodes."""
 
     def __init__(self, found: Space) -> None:
@@ -334,9 +334,3 @@ class _Loops:
             self._search.close()
             self._search = None
         self._rows.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.close()

@@ -10,13 +10,11 @@ import ctypes
 from array import array
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Self
 
 from llfsm_verify.kripke.compiled import kernels
 from llfsm_verify.kripke.graph import NO_PREFIX, Graph
 from llfsm_verify.kripke.kernels import product_blocks as p
-from llfsm_verify.kripke.memory import Region
+from llfsm_verify.kripke.memory import Closing, Region
 from llfsm_verify.limits import LimitReached, tick
 
 Move = tuple[int, int]
@@ -177,7 +175,7 @@ class EdgeClasses(LabelClasses):
         """There are edges that show no letter."""
 
 
-class Rows:
+class Rows(Closing):
     """The moves of an automaton by state and class of labels, in memory for the kernels.
 
     ``step(state, letter)`` gives the moves with the letters of a class, for any letter of it. States are numbered
@@ -230,14 +228,8 @@ class Rows:
         for region in (self.classes, self.rows, self.moves):
             region.close()
 
-    def __enter__(self) -> Self:
-        return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        self.close()
-
-
-class ProductSearch:
+class ProductSearch(Closing):
     """What the searches share: the control block, the store of the product nodes found, and calling until done."""
 
     kernel: str
@@ -339,12 +331,6 @@ class ProductSearch:
     def close(self) -> None:
         for region in self._regions():
             region.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        self.close()
 
 
 def packed(nodes: Iterable[ProductNode]) -> array[int]:

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from functools import reduce
 from itertools import product
 from operator import or_
-from typing import Self
 
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.moves import Lazy, moves_of
 from llfsm_verify.kripke.graph import EPSILON, Graph
 from llfsm_verify.kripke.lassos import Cores, Space, Walk, short_lasso, walk
+from llfsm_verify.kripke.memory import Closing
 from llfsm_verify.kripke.paths import Breadth, Components, PathStep, SearchTarget
 from llfsm_verify.kripke.product import (
     MAX_SETS,
@@ -151,7 +151,7 @@ class Product:
         return LassoSearch(self, first)
 
 
-class LassoSearch:
+class LassoSearch(Closing):
     """Looks for accepted runs from several starts; what has been searched in vain is not searched again.
 
     First everything is reached, breadth first, then components are looked for with the states of the automata that can
@@ -238,10 +238,7 @@ class LassoSearch:
             len(found.stem),
         )
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *error: object) -> None:
+    def close(self) -> None:
         self._open.close()
 
 

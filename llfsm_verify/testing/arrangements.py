@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from hypothesis import reject
@@ -99,37 +100,35 @@ class _Composer:
             document["tables"] = {"list": ["3", "0", "1", "1", "-2"], "curve": ["0.5", "-0.25", "1"]}
         machines = {n: self._instance(k, bodies[k.name], list(instances)) for n, k in instances.items()}
         document["machines"] = machines
-        order = list(instances)
+        document |= self._turns(machines, pooled=names.loads and not names.nested)
+        single = "schedule" in document
+        parts: tuple[tuple[str, bool, int, Callable[[], object]], ...] = (
+            ("observe", single, 4, lambda: "cycle"),
+            ("profile", True, 1, lambda: self._profile(single)),
+            ("environment", single, 4, lambda: {"inline": self._surroundings(names, whiteboard)}),
+            ("operators", True, 6, lambda: self._operators(list(instances), whiteboard, loads=not nesting)),
+            ("access", True, 5, lambda: self._access(list(instances), whiteboard)),
+            ("finished", True, 4, lambda: "keep"),
+            ("fairness", True, 6, lambda: "none"),
+        )
+        return document | {key: make() for key, may, n, make in parts if may and (n == 1 or pen.one_in(n))}
+
+    def _turns(self, machines: dict[str, Document], *, pooled: bool) -> Document:
+        """One schedule, or those of two processes; where `pooled`, the last machines of each may not be loaded."""
+        pen, order = self.pen, list(machines)
         if pen.one_in(3):
             order.reverse()
-        cut = pen.number(1, count) if pen.one_in(3) else count
-        single = cut == count
+        cut = pen.number(1, len(order)) if pen.one_in(3) else len(order)
+        single = cut == len(order)
         parts = {"first": order[:cut]} if single else {"first": order[:cut], "second": order[cut:]}
-        pools = {name: self._pooled(part) for name, part in parts.items() if names.loads and not names.nested}
+        pools = {name: part[pen.number(1, len(part)) :] for name, part in parts.items() if pooled}
         schedules = {name: [m for m in part if m not in pools.get(name, ())] for name, part in parts.items()}
         for name in (m for pool in pools.values() for m in pool):
             machines[name].pop("suspended", None)
-        document |= {"schedule": schedules["first"]} if single else {"processes": schedules}
+        found: Document = {"schedule": schedules["first"]} if single else {"processes": schedules}
         if any(pools.values()):
-            document["pool"] = pools["first"] if single else {name: pool for name, pool in pools.items() if pool}
-        if single and pen.one_in(4):
-            document["observe"] = "cycle"
-        document["profile"] = self._profile(single)
-        if single and pen.one_in(4):
-            document["environment"] = {"inline": self._surroundings(names, whiteboard)}
-        if pen.one_in(6):
-            document["operators"] = self._operators(list(instances), whiteboard, loads=not nesting)
-        if pen.one_in(5):
-            document["access"] = self._access(list(instances), whiteboard)
-        if pen.one_in(4):
-            document["finished"] = "keep"
-        if pen.one_in(6):
-            document["fairness"] = "none"
-        return document
-
-    def _pooled(self, part: list[str]) -> list[str]:
-        """The last machines of a process, which are not loaded at first; one is left."""
-        return part[self.pen.number(1, len(part)) :]
+            found["pool"] = pools["first"] if single else {name: pool for name, pool in pools.items() if pool}
+        return found
 
     def _nesting(self, instances: dict[str, _Kind]) -> dict[str, tuple[str, ...]]:
         """Which machine runs which, later ones: an owner is the only instance of its kind."""

@@ -115,7 +115,7 @@ def test_what_cannot_be_compared_is_said_after_what_is_proved(
 ) -> None:
     path, unlike = tmp_path / "c.json", "not compared: mutual, because it is not certified there: the memory ran out"
     assert llfsm("verify", "-q", "--certificate", str(path), FAULTY, "-p", MUTUAL).returncode == 1
-    monkeypatch.setattr("llfsm_verify.analysis.certificates.comparing.differences", lambda *_: ([], [unlike]))
+    monkeypatch.setattr("llfsm_verify.analysis.certificates.making.differences", lambda *_: ([], [unlike]))
     done = llfsm("verify", "--check-certificate", str(path), FAULTY, "-p", MUTUAL)
     assert done.returncode == certificate.NOT_CERTIFIED
     believed = "The program, the formulas and the automata are those that these files give, except for this:"

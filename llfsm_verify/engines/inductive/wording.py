@@ -13,8 +13,7 @@ from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.verdict import Proof
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.engines.inductive.certify import CheckedProof
-from llfsm_verify.engines.inductive.formula_text import formula_text
-from llfsm_verify.engines.inductive.invariant import Invariant
+from llfsm_verify.engines.inductive.invariant import Invariant, formula_text
 from llfsm_verify.engines.inductive.observers import FairLoops, Faults, Prefixes, Rounds, Scalar, text_of
 from llfsm_verify.engines.inductive.system import System
 from llfsm_verify.engines.unrolled.runs import BAD, Table

@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from llfsm_verify.analysis.certificates.comparing import differences
-from llfsm_verify.analysis.certificates.making import canonical, certificate
+from llfsm_verify.analysis.certificates.making import canonical, certificate, differences
 from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.certificate import NOT_CERTIFIED, PROVED, REJECTED, checked
 from llfsm_verify.checking.verdict import Verdict

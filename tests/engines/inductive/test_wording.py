@@ -7,8 +7,7 @@ import pytest
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Fragment, Source
-from llfsm_verify.engines.inductive.formula_text import formula_text
-from llfsm_verify.engines.inductive.invariant import Invariant
+from llfsm_verify.engines.inductive.invariant import Invariant, formula_text
 from llfsm_verify.engines.inductive.observers import Faults
 from llfsm_verify.engines.inductive.wording import _left, _Names
 from llfsm_verify.engines.unrolled.runs import Table

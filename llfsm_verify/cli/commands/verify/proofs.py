@@ -137,8 +137,7 @@ def check_certificate(
     if result.interrupted:
         tell("no certificate is checked by a check that was interrupted")
         return result.exit_code
-    from llfsm_verify.analysis.certificates.comparing import differences
-    from llfsm_verify.analysis.certificates.making import certificate
+    from llfsm_verify.analysis.certificates.making import certificate, differences
     from llfsm_verify.certificate import NOT_CERTIFIED, REJECTED, checked
 
     path = Path(options.check_certificate)
