@@ -144,6 +144,11 @@ def op(name: OpName, *args: Expr) -> Expr:
             return Const(value, BOOL)
         if fits(value, value) and fits(min(value, *constants), max(value, *constants)):
             return const(value)
+    return applied(name, *args)
+
+
+def applied(name: OpName, *args: Expr) -> Expr:
+    """The operation with its exact type, whatever its arguments are."""
     if name in _LOGICAL:
         return _Op(name, args, BOOL)
     ranges: list[Interval] = []

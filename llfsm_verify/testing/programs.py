@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TypeVar, get_args
+from typing import get_args
 
 from hypothesis import strategies as st
 
@@ -41,9 +41,8 @@ from llfsm_verify.program.program import (
     Type,
     Var,
 )
-from llfsm_verify.program.terms import fits
-
-T = TypeVar("T")
+from llfsm_verify.program.terms import applied, const, interval, join
+from llfsm_verify.testing.texts import Draw, Pen
 
 FAULTS = 5
 ARITHMETIC: tuple[OpName, ...] = ("add", "sub", "mul", "neg", "abs", "min", "max")
@@ -57,62 +56,9 @@ LOGIC: tuple[OpName, ...] = ("and", "or", "xor")
 LOCAL_TYPES: tuple[Type, ...] = (BOOL, Int(-8, 7), UNBOUNDED)
 VARIABLE_TYPES: tuple[Type, ...] = (*TYPES, UNBOUNDED, UNBOUNDED)
 DIVISIONS: tuple[OpName, ...] = ("div", "mod")
+SMALL = sorted(range(-9, 10), key=abs)
+"""The simplest first."""
 CONSTANTS = (0, 1, -1, 2, 3, -3, 7, 8, 255, -128, 1 << 31, 1 << 40, INT64_MAX, INT64_MIN, (1 << 64) - 1)
-
-
-def bounds(kind: Type) -> tuple[int, int] | None:
-    """The interval of a type, None when it is unbounded."""
-    return (kind.low, kind.high) if isinstance(kind, Int) else None
-
-
-def constant(value: int) -> Const:
-    """A constant of the smallest type."""
-    return Const(value, Int(value, value))
-
-
-def operation(op: OpName, *args: Expr) -> Op:
-    """An arithmetic operation or a comparison with its exact type (`UNBOUNDED` when it may leave 128 bits).
-
-    The intervals of quotients and remainders leave the divisor 0 out.
-    """
-    if op in COMPARISONS or op in ("not", "and", "or", "xor"):
-        return Op(op, args, BOOL)
-    intervals = [bounds(a.type) for a in args]
-    known = [i for i in intervals if i is not None]
-    if len(known) < len(intervals):
-        return Op(op, args, UNBOUNDED)
-    low, high = _exact(op, known)
-    sides = [] if op in ("add", "sub", "mul", "neg") else known
-    held = fits(min([low, *(i[0] for i in sides)]), max([high, *(i[1] for i in sides)]))
-    return Op(op, args, Int(low, high) if held else UNBOUNDED)
-
-
-def _exact(op: OpName, intervals: Sequence[tuple[int, int]]) -> tuple[int, int]:
-    (a, b), (c, d) = intervals[0], intervals[-1]
-    match op:
-        case "add":
-            return a + c, b + d
-        case "sub":
-            return a - d, b - c
-        case "mul":
-            products = (a * c, a * d, b * c, b * d)
-            return min(products), max(products)
-        case "neg":
-            return -b, -a
-        case "abs":
-            return (0 if a <= 0 <= b else min(abs(a), abs(b))), max(abs(a), abs(b))
-        case "min":
-            return min(a, c), min(b, d)
-        case "max":
-            return max(a, c), max(b, d)
-        case "div":
-            divisors = {x for x in (c, d, -1, 1) if c <= x <= d and x != 0} or {1}
-            quotients = [abs(n) // abs(m) * (1 if (n < 0) == (m < 0) else -1) for n in (a, b) for m in divisors]
-            return min(*quotients, 0), max(*quotients, 0)
-        case "mod":
-            most = max(abs(c), abs(d)) - 1
-            return (-min(most, -a) if a < 0 else 0), (min(most, b) if b > 0 else 0)
-    raise ValueError(op)
 
 
 @dataclass(slots=True)
@@ -130,10 +76,10 @@ class _Scope:
         return f"t{self.counter[0]}"
 
 
-class _Writer:
-    def __init__(self, draw: Callable[[st.SearchStrategy[object]], object], variables: Sequence[Var],
-                 choices: Sequence[Choice], machines: int, kept: frozenset[str], size: int) -> None:  # fmt: skip
-        self._draw = draw
+class _Writer(Pen):
+    def __init__(self, draw: Draw, variables: Sequence[Var], choices: Sequence[Choice], machines: int,
+                 kept: frozenset[str], size: int) -> None:  # fmt: skip
+        super().__init__(draw)
         self._choices = choices
         self._machines = machines
         self._size = size
@@ -141,18 +87,8 @@ class _Writer:
         self._scalars = [v for v in variables if v.length is None]
         self._arrays = [v for v in variables if v.length is not None]
 
-    # ------------------------------------------------------------ drawing
-
-    def number(self, low: int, high: int) -> int:
-        value = self._draw(st.integers(low, high))
-        assert isinstance(value, int)
-        return value
-
     def chance(self, percent: int) -> bool:
         return self.number(0, 99) >= 100 - percent
-
-    def pick(self, options: Sequence[T]) -> T:
-        return options[self.number(0, len(options) - 1)]
 
     # ------------------------------------------------------------ expressions
 
@@ -166,22 +102,22 @@ class _Writer:
             case 1 if values:
                 return self.pick(values)
             case 2:
-                return operation("not", self.truth(scope, depth - 1))
+                return applied("not", self.truth(scope, depth - 1))
             case 3:
                 op = self.pick(LOGIC)
-                return operation(op, self.truth(scope, depth - 1), self.truth(scope, depth - 1))
+                return applied(op, self.truth(scope, depth - 1), self.truth(scope, depth - 1))
             case 4:
                 sides = (self.truth(scope, depth - 1), self.truth(scope, depth - 1))
                 return Ite(self.truth(scope, depth - 1), *sides, BOOL)
             case _:
                 depth = max(0, depth - 1)
-                return operation(self.pick(COMPARISONS), self.integer(scope, depth), self.integer(scope, depth))
+                return applied(self.pick(COMPARISONS), self.integer(scope, depth), self.integer(scope, depth))
 
     def integer(self, scope: _Scope, depth: int) -> Expr:
         kind = self.number(0, 9) if depth > 0 else self.number(0, 3)
         match kind:
             case 0:
-                return constant(self.pick(CONSTANTS) if self.chance(30) else self.number(-9, 9))
+                return const(self.pick(CONSTANTS) if self.chance(30) else self.pick(SMALL))
             case 1 if scope.locals:
                 name = self.pick(list(scope.locals))
                 return Local(name, scope.locals[name])
@@ -190,21 +126,21 @@ class _Writer:
                 return Get(array.name, self.index(scope, array, depth - 1), array.type)
             case 4:
                 then, otherwise = self.integer(scope, depth - 1), self.integer(scope, depth - 1)
-                return Ite(self.truth(scope, depth - 1), then, otherwise, _union(then.type, otherwise.type))
+                return Ite(self.truth(scope, depth - 1), then, otherwise, join(then.type, otherwise.type))
             case 5:
                 value = self.integer(scope, depth - 1)
                 return Op("wrap", (value,), self.pick((Int(0, 7), Int(-128, 127), Int(-2, 1), Int(5, 5), *TYPES[-2:])))
             case 6:
                 dividend, divisor = self.integer(scope, depth - 1), self.integer(scope, depth - 1)
-                quotient = operation(self.pick(DIVISIONS), dividend, divisor)
-                safe = operation("ne", divisor, constant(0))  # the side that divides must only run when this holds
-                return Ite(safe, quotient, constant(1), _union(quotient.type, Int(1, 1)))
+                quotient = applied(self.pick(DIVISIONS), dividend, divisor)
+                safe = applied("ne", divisor, const(0))  # the side that divides must only run when this holds
+                return Ite(safe, quotient, const(1), join(quotient.type, Int(1, 1)))
             case 7:
                 return self.truth(scope, depth - 1)
             case 8 | 9:
                 op = self.pick(ARITHMETIC)
                 arity = 1 if op in ("neg", "abs") else 2
-                return operation(op, *(self.integer(scope, depth - 1) for _ in range(arity)))
+                return applied(op, *(self.integer(scope, depth - 1) for _ in range(arity)))
             case _:
                 variable = self.pick(self._scalars)
                 return Get(variable.name, None, variable.type)
@@ -213,32 +149,31 @@ class _Writer:
         """An expression that is always an index of the array."""
         length = array.length or 1
         if depth <= 0 or self.chance(40):
-            return constant(self.number(0, length - 1))
+            return const(self.number(0, length - 1))
         value = self.integer(scope, depth)
         if length & (length - 1) == 0:
             return Op("wrap", (value,), Int(0, length - 1))
-        return operation("max", constant(0), operation("min", constant(length - 1), value))
+        return applied("max", const(0), applied("min", const(length - 1), value))
 
     # ------------------------------------------------------------ statements
 
     def fitting(self, scope: _Scope, kind: Type, out: list[Stmt]) -> Expr:
         """A value inside a type, after the statements that see to it."""
-        interval = bounds(kind)
         value = self.truth(scope, 2) if kind == BOOL and self.chance(70) else self.integer(scope, 3)
-        if interval is None:
+        if not isinstance(kind, Int):
             return value
-        low, high = interval
-        inside = bounds(value.type)
+        low, high = kind.low, kind.high
+        inside = interval(value)
         if inside is not None and low <= inside[0] and inside[1] <= high:
             return value
         size = high - low + 1
         if size & (size - 1) == 0 and self.chance(60):
             return Op("wrap", (value,), kind)
         if self.chance(70):
-            return operation("max", constant(low), operation("min", constant(high), value))
+            return applied("max", const(low), applied("min", const(high), value))
         checked = Local(scope.fresh(), value.type)
         scope.locals[checked.name] = checked.type
-        outside = operation("or", operation("lt", checked, constant(low)), operation("gt", checked, constant(high)))
+        outside = applied("or", applied("lt", checked, const(low)), applied("gt", checked, const(high)))
         out += [Let(checked, value), Fault(self.number(0, FAULTS - 1), outside)]
         return checked
 
@@ -270,10 +205,10 @@ class _Writer:
                 out.append(Emit(self.pick(kinds), self.number(0, self._machines - 1), args))
             case 7:
                 dividend, divisor = self.integer(scope, 2), self.let(scope, self.integer(scope, 2), out)
-                out.append(Fault(self.number(0, FAULTS - 1), operation("eq", divisor, constant(0))))
-                self.let(scope, operation(self.pick(DIVISIONS), dividend, divisor), out)
+                out.append(Fault(self.number(0, FAULTS - 1), applied("eq", divisor, const(0))))
+                self.let(scope, applied(self.pick(DIVISIONS), dividend, divisor), out)
             case 8:
-                out.append(Fault(self.number(0, FAULTS - 1), operation("and", *(self.truth(scope, 2) for _ in "ab"))))
+                out.append(Fault(self.number(0, FAULTS - 1), applied("and", *(self.truth(scope, 2) for _ in "ab"))))
             case 9:
                 self.switch(scope, depth, out)
             case 10:
@@ -290,7 +225,7 @@ class _Writer:
 
     def switch(self, scope: _Scope, depth: int, out: list[Stmt]) -> None:
         value = self.integer(scope, 2)
-        keys = sorted({self.number(-3, 5) for _ in range(self.number(0, 3))})
+        keys = sorted({self.pick(SMALL[:9]) for _ in range(self.number(0, 3))})
         cases = tuple((k, self.block(scope.inner(), depth - 1)) for k in keys)
         out.append(Switch(value, cases, self.block(scope.inner(), depth - 1)))
 
@@ -308,24 +243,13 @@ class _Writer:
         scope.locals[local.name] = kind
 
 
-def _union(first: Type, second: Type) -> Type:
-    if isinstance(first, Int) and isinstance(second, Int):
-        low, high = min(first.low, second.low), max(first.high, second.high)
-        if fits(low, high):
-            return Int(low, high)
-    return UNBOUNDED
-
-
 @st.composite
 def programs(draw: st.DrawFn, *, size: int = 4) -> Program:
     """A step program of one or two processes with one to three slots each; `size` bounds the statements of a block.
 
     Every kind of statement and expression occurs. Turns go round, and a process may end after some rounds.
     """
-
-    def number(low: int, high: int) -> int:
-        return draw(st.integers(low, high))
-
+    number = Pen(draw).number
     origin, output = Origin("control"), Origin("output")
     processes, slots = number(1, 2), [number(1, 3) for _ in range(2)]
     total = sum(slots[:processes])
@@ -351,7 +275,7 @@ def programs(draw: st.DrawFn, *, size: int = 4) -> Program:
         first = len(all_slots)
         for s in range(first, first + slots[p]):
             blocks = tuple(writer.block() for _ in range(states[s]))
-            marked: Block = (*writer.block(), Set("ran", None, constant(s + 1)))
+            marked: Block = (*writer.block(), Set("ran", None, const(s + 1)))
             all_slots.append(Slot(s, p, f"state{s}", writer.block(), blocks, marked, writer.block(depth=1)))
         ended = f"ended{p}" if f"ended{p}" in names else None
         epilogue = _epilogue(writer, f"turn{p}", slots[p], ended)
@@ -375,7 +299,7 @@ def programs(draw: st.DrawFn, *, size: int = 4) -> Program:
 
 def _variable(draw: st.DrawFn, name: str) -> Var:
     kind: Type = draw(st.sampled_from(VARIABLE_TYPES))
-    low, high = bounds(kind) or (-9, 9)
+    low, high = (kind.low, kind.high) if isinstance(kind, Int) else (-9, 9)
     length = draw(st.sampled_from((None, None, None, 1, 3, 4, 9)))
     is_output = draw(st.integers(0, 3)) == 3
 
@@ -392,9 +316,9 @@ def _variable(draw: st.DrawFn, name: str) -> Var:
 def _epilogue(writer: _Writer, turn: str, slots: int, ended: str | None) -> Block:
     kind = Int(0, slots - 1)
     now = Get(turn, None, kind)
-    wrapped: list[Stmt] = [Set("cycle", None, constant(1)), Set(turn, None, constant(0))]
+    wrapped: list[Stmt] = [Set("cycle", None, const(1)), Set(turn, None, const(0))]
     if ended is not None:
         wrapped.append(Set(ended, None, writer.truth(_Scope(), 2)))
-    following = operation("min", operation("add", now, constant(1)), constant(slots - 1))
-    last = operation("eq", now, constant(slots - 1))
+    following = applied("min", applied("add", now, const(1)), const(slots - 1))
+    last = applied("eq", now, const(slots - 1))
     return (*writer.block(depth=1), If(last, tuple(wrapped), (Set(turn, None, following),)))

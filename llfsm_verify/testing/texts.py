@@ -106,6 +106,9 @@ class Writer:
     names: Names
     _counter: int = field(default=0)
 
+    def _of(self, kind: str) -> list[Place]:
+        return [p for p in self.names.places if p.kind == kind]
+
     # ------------------------------------------------------------ expressions
 
     def integer(self, depth: int) -> tuple[str, bool]:
@@ -119,15 +122,15 @@ class Writer:
             if self.names.constants and pen.one_in(3):
                 return pen.pick(self.names.constants)[0], True
             return str(pen.weighted(((6, 0), (6, 1), (4, 2), (3, 3), (1, -1), (1, 100)))), True
-        if self._fixed() and pen.one_in(5):
+        if self._of("fixed") and pen.one_in(5):
             return self._bits(depth - 1), False
         if self.names.tables and pen.one_in(5):
             index = self.index(5, depth)
             return f"list[{index}]", index.isdigit()
-        if self._wides() and pen.one_in(5):
+        if self._of("wide") and pen.one_in(5):
             divisor = pen.pick(("7", "1000000007", "0x7fffffffffffffff"))
             return f"({self.wide(depth - 1)} {pen.pick('%/')} {divisor})", False
-        if self._decimals() and pen.one_in(4):
+        if self._of("decimal") and pen.one_in(4):
             return f"{pen.pick(('floor', 'ceil', 'round'))}({self.decimal(depth - 1)})", False
         shape = pen.pick(("a + b", "a - b", "a * b", "a % b", "a / b", "-a", "abs", "min", "max", "?:"))
         a, constant = self.integer(depth - 1)
@@ -146,14 +149,11 @@ class Writer:
             return f"({self.condition(depth - 1)} ? {a} : {b})", constant or same
         return f"({a} {shape[2]} {b})", constant and same
 
-    def _fixed(self) -> list[Place]:
-        return [p for p in self.names.places if p.kind == "fixed"]
-
     def _bits(self, depth: int) -> str:
         """A bit operation on numbers of one fixed width."""
         pen = self.pen
-        first = pen.pick(self._fixed())
-        alike = [p for p in self._fixed() if p.low == first.low]
+        first = pen.pick(self._of("fixed"))
+        alike = [p for p in self._of("fixed") if p.low == first.low]
         a = self._element(first, depth)
         if depth > 0 and pen.one_in(2):
             a = f"(~{a} ^ {self._element(pen.pick(alike), depth)})"
@@ -166,12 +166,9 @@ class Writer:
         b = self._element(pen.pick(alike), depth) if pen.one_in(2) else pen.pick(("15", "0x55", "100", "1"))
         return f"({a} {shape} {b})"
 
-    def _wides(self) -> list[Place]:
-        return [p for p in self.names.places if p.kind == "wide"]
-
     def wide(self, depth: int) -> str:
         """An expression that reads a number of 64 bits, and fits in 128."""
-        pen, places = self.pen, self._wides()
+        pen, places = self.pen, self._of("wide")
         first = self._element(pen.pick(places), depth)
         if depth <= 0 or pen.one_in(3):
             second = self._element(pen.pick(places), depth)
@@ -194,12 +191,9 @@ class Writer:
             return f"({self.condition(depth - 1)} ? {first} : {self.integer(depth - 1)[0]})"
         return f"({first} {shape} {second})"
 
-    def _decimals(self) -> list[Place]:
-        return [p for p in self.names.places if p.kind == "decimal"]
-
     def decimal(self, depth: int) -> str:
         """A decimal expression that reads something."""
-        pen, places = self.pen, self._decimals()
+        pen, places = self.pen, self._of("decimal")
         if depth <= 0 or pen.one_in(3):
             return self._element(pen.pick(places), depth)
         if self.names.tables and pen.one_in(4):
@@ -241,7 +235,7 @@ class Writer:
 
     def condition(self, depth: int) -> str:
         pen = self.pen
-        bools = [p for p in self.names.places if p.kind == "bool"]
+        bools = self._of("bool")
         kind = pen.weighted(
             (
                 (2, "true"), (4 if bools else 0, "read"), (4, "compare"), (2, "enumerator"),
@@ -255,9 +249,9 @@ class Writer:
                 return self._element(pen.pick(bools), depth)
             case "compare":
                 left, right = self.integer(depth)[0], self.integer(max(0, depth - 1))[0]
-                if self._decimals() and pen.one_in(3):
+                if self._of("decimal") and pen.one_in(3):
                     left = self.decimal(depth)
-                elif self._wides() and pen.one_in(2):
+                elif self._of("wide") and pen.one_in(2):
                     left = self.wide(depth)
                 return f"({left} {pen.pick(('==', '!=', '<', '<=', '>', '>='))} {right})"
             case "enumerator":
@@ -290,7 +284,7 @@ class Writer:
         return f"({self._element(place, depth)} {self.pen.pick(('==', '!='))} {self._value_of(place, 0)})"
 
     def _value_of(self, place: Place, depth: int) -> str:
-        others = [p for p in self.names.places if p.kind == place.kind]
+        others = self._of(place.kind)
         if others and self.pen.one_in(3):
             return self._element(self.pen.pick(others), depth)
         return self.pen.pick(dict(self.names.enumerations)[place.kind])
