@@ -27,9 +27,7 @@ from llfsm_verify.program.program import (
     Emit,
     Expr,
     Fault,
-    Get,
     Int,
-    Ite,
     Let,
     Op,
     Program,
@@ -37,7 +35,8 @@ from llfsm_verify.program.program import (
     Set,
     Switch,
 )
-from llfsm_verify.program.trees import branches
+from llfsm_verify.program.trees import nodes as expression_nodes
+from llfsm_verify.program.trees import statements
 from llfsm_verify.runtime.stepping.monitored import MonitoredSimulation
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.values import Shown, shown
@@ -286,9 +285,8 @@ def longest_wait(program: Program, limit: int = 512) -> int:
 
 
 def _read(block: Block, flow: _Flow) -> None:
-    key, todo = id(block), list(block)
-    while todo:
-        statement = todo.pop()
+    key = id(block)
+    for statement in statements(block):
         if isinstance(statement, Sample):
             flow.sampled.setdefault(statement.choice, set()).add((key, statement.local.name))
         elif isinstance(statement, Let):
@@ -305,7 +303,6 @@ def _read(block: Block, flow: _Flow) -> None:
             if isinstance(statement, Switch):
                 for node in _nodes(decided, key):
                     flow.compared.setdefault(node, {}).update((value, None) for value, _ in statement.cases)
-            todo += [s for branch in branches(statement) for s in branch]
 
 
 def _moves(target: Node, value: Expr, key: int, flow: _Flow) -> None:
@@ -316,27 +313,14 @@ def _moves(target: Node, value: Expr, key: int, flow: _Flow) -> None:
 
 def _compares(expression: Expr, key: int, flow: _Flow) -> None:
     """Note the constants of every comparison in `expression`."""
-    for part in _parts(expression):
+    for part in expression_nodes(expression):
         if isinstance(part, Op) and part.op in COMPARISONS:
-            constants = {p.value: None for p in _parts(part) if isinstance(p, Const)}
-            factors = [f for p in _parts(part) if isinstance(p, Op) and p.op == "mul" for f in p.args]
+            constants = {p.value: None for p in expression_nodes(part) if isinstance(p, Const)}
+            factors = [f for p in expression_nodes(part) if isinstance(p, Op) and p.op == "mul" for f in p.args]
             sizes = [f.value for f in factors if isinstance(f, Const) and f.value > 1]
             constants |= {c // size: None for size in sizes for c in constants}
             for node in _nodes(part, key):
                 flow.compared.setdefault(node, {}).update(constants)
-
-
-def _parts(expression: Expr) -> Iterator[Expr]:
-    stack = [expression]
-    while stack:
-        part = stack.pop()
-        yield part
-        if isinstance(part, Op):
-            stack += part.args
-        elif isinstance(part, Ite):
-            stack += (part.condition, part.then, part.otherwise)
-        elif isinstance(part, Get) and part.index is not None:
-            stack.append(part.index)
 
 
 def _nodes(expression: Expr, key: int) -> Iterator[Node]:

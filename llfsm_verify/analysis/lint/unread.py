@@ -174,7 +174,7 @@ class _Backward:
         return gone
 
     def _loop(self, body: Sequence[Statement], after: frozenset[str]) -> frozenset[str]:
-        """Behind the body comes the body again, or what follows the loop."""
+        """After the body comes the body again, or what follows the loop."""
         telling, self._telling = self._telling, False
         gone = self._block(body, after)
         while (again := self._block(body, after & gone)) != gone:

@@ -38,28 +38,12 @@ class Invariant:
     @property
     def conjuncts(self) -> tuple[Expr, ...]:
         """What `formula` is the conjunction of; none where it is true."""
-        return tuple(_conjuncts(self.formula))
+        return tuple(e for e in _parts("and", self.formula) if not (isinstance(e, Const) and e.value == 1))
 
     @property
     def is_bounded(self) -> bool:
         """Every number in the formula has bounds inside 64 bits."""
         return not any(isinstance(n.type, Unbounded) for n in nodes(self.formula))
-
-
-def _conjuncts(formula: Expr) -> list[Expr]:
-    from llfsm_verify.program.program import Op
-
-    found: list[Expr] = []
-    stack = [formula]
-    while stack:
-        match stack.pop():
-            case Op("and", args, _):
-                stack.extend(reversed(args))
-            case Const(1, _):
-                pass
-            case other:
-                found.append(other)
-    return found
 
 
 def read(term: z3.ExprRef, names: Mapping[int, Expr]) -> Expr:
