@@ -540,7 +540,7 @@ class Edge(NamedTuple):
     """Atoms that are to be true, and in `negative` false, as masks."""
     negative: int
     target: int | None
-    """None: there is no move, and it is known that there is none."""
+    """None: it is known that there is no move."""
     acceptance: int
     """The acceptance sets that the edge belongs to."""
 

@@ -1,6 +1,6 @@
-"""Files that nobody named on a command line: read only where that cannot block, and replaced as a whole or not at all.
+"""Files that are not named on a command line: read only where that cannot block, and replaced as a whole or not at all.
 
-A name may come from a file of somebody else (`file:` of an arrangement), or be made here (NAME.trace.yaml in a folder).
+A name may come from a file of another user (`file:` of an arrangement), or be made here (NAME.trace.yaml in a folder).
 So what is there may be a pipe, a device or a link; none of them is waited for, or written through.
 """
 
@@ -86,7 +86,7 @@ def _create(path: Path) -> tuple[BinaryIO, Path]:
         except FileExistsError:
             continue  # left by a process that was killed, and had our number
         except OSError as error:
-            error.filename = str(path)  # nobody has heard of the other name
+            error.filename = str(path)  # the user does not know the other name
             raise
     raise AssertionError("names do not end")
 

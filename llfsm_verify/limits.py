@@ -23,7 +23,7 @@ DEFAULT_SHARE = 0.8
 TICKS = 4096
 """Calls of `tick` for each real check."""
 DEFAULT_STEPS = 20
-"""Ringlets of a simulated run where nobody says how far it goes."""
+"""Ringlets of a simulated run where the user does not say how far it goes."""
 LOOKS = 64
 """Calls of `tick` for each look at the clock, since some work between two calls takes long."""
 

@@ -61,7 +61,7 @@ def firings(program: Program) -> list[Firing]:
 
 
 def observe(firing: Firing, program: Program) -> Observed | None:
-    """The state formula of a firing; None: there is no text of the transition, since it is none of the user's."""
+    """The state formula of a firing; None: the transition has no text, since it is not the user's."""
     info = next(m for m in program.machines if m.name == firing.machine)
     span = info.transitions[firing.state][firing.number].span
     if span is None:
@@ -163,7 +163,7 @@ class NewPrefixes:
 
 class NewRuns:
     """The automaton of the infinite runs that are new (`automata.omega.moves.Lazy`): no beginning of them is a bad
-    prefix of the monitor (those are looked for by themselves), and their signature is none of those found.
+    prefix of the monitor (those are looked for by themselves), and their signature is not among those found.
 
     Letters are those of `NewPrefixes`. Transitions fire for the first time finitely often, so a run stays in one state
     of the tree in the end.

@@ -52,7 +52,7 @@ class Outcome:
     fault: int | None
     overflow: bool
     read: int
-    """How many of the samples the ringlet took; the letter shows the others, which nobody has sampled."""
+    """How many of the samples the ringlet took; the letter shows the others, which no machine has sampled."""
 
 
 class _FaultError(Exception):

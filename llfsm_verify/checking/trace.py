@@ -98,7 +98,7 @@ class Trace:
     because: str | None = None
     """Why the property fails, in a clause; None for faults."""
     failed_at: int | None = None
-    """The step after which nothing can satisfy the property any more (0: none is needed); None: there is none such."""
+    """The step after which nothing can satisfy the property any more (0: none is needed), or None."""
     witness: bool = False
     """Shows a run with a property, instead of one without."""
     escape: bool = False

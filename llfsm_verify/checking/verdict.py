@@ -110,7 +110,7 @@ class Vacuity:
 
     @property
     def fails(self) -> bool:
-        """With ``--strict`` a pass like this is none."""
+        """With ``--strict`` such a pass does not count."""
         return bool(self.findings) and not self.accepted
 
 

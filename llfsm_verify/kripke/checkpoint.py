@@ -235,7 +235,7 @@ class Reservation:
             self._file: int | None = _locked(self._path)
             _HELD[self._path] = self
         try:
-            _must_be_replaceable(self._path)  # again, now that nobody changes it
+            _must_be_replaceable(self._path)  # again, now that no other process changes it
             _must_be_replaceable(self._new, in_part=True)
             self._new.unlink(missing_ok=True)
             os.close(os.open(self._new, _OPEN | os.O_EXCL, _MODE))  # can it be made?

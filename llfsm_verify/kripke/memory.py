@@ -192,7 +192,7 @@ class VectorSet:
         self._enter(before)
 
     def restore(self, count: int) -> bool:
-        """The first `count` vectors of `keys`, which somebody has put there, become the set; false when two of them are
+        """The first `count` vectors of `keys`, which the caller put there, become the set; false when two of them are
         equal, or they were chosen so that looking them up takes long. The set must then not be used any more."""
         self._block[b.SET_COUNT] = 0
         ctypes.memset(self._table.address, 0, self.slots * SLOT_BYTES)

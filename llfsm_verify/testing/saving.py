@@ -48,7 +48,7 @@ def _names(directory: Path, name: str) -> Iterator[Path]:
 
 
 def _create(path: Path, text: str) -> bool:
-    """Make a file that nobody ever sees unfinished; False: there is one already, also when another process made it."""
+    """Make a file that no process sees unfinished; False: there is one already, also when another process made it."""
     with unfinished(path) as (file, name):
         file.write(text.encode())
         file.close()

@@ -56,7 +56,7 @@ class Reply:
 
 
 def read_only(items: dict[object, object]) -> MappingProxyType[object, object]:
-    """What a pickle makes a read-only dictionary with, since it knows none."""
+    """What a pickle makes a read-only dictionary with, since pickles have no such type."""
     return MappingProxyType(items)
 
 
@@ -116,7 +116,7 @@ def _answered(source: BinaryIO) -> Reply:
 
 
 def _end_with_the_caller() -> None:
-    """Nothing more comes on standard input; its end means that nobody waits for the answer."""
+    """Nothing more comes on standard input; its end means that the caller no longer waits for the answer."""
     os.read(sys.stdin.fileno(), 1)
     os._exit(1)
 
@@ -245,7 +245,7 @@ class _Worker:
                 process.stdin.flush()
             except BrokenPipeError:
                 pass  # it has ended; the answer says so
-            # The input stays open: its end tells the worker that nobody is waiting any more.
+            # The input stays open: its end tells the worker that no one is waiting any more.
             said = process.stdout.read()
         if not said and (self._ended.is_set() or process.returncode == INTERRUPTED):
             return None
@@ -267,7 +267,7 @@ class _Worker:
         if timeout is not None and timeout <= 0:
             if self._stage is not EACH_ENGINE[0]:
                 return None
-            timeout = 0.0  # somebody has to say so
+            timeout = 0.0  # one of them has to say so
         memory = (default_memory() if limits.memory is None else limits.memory) // AT_ONCE
         limits = replace(limits.within(timeout), memory=memory)
         here = replace(self._options, limits=limits, progress=None, decided=None, tell=None)

@@ -1,6 +1,6 @@
 """The engines, by the names that ``--engine`` knows them by, and all that is derived from what they say of themselves.
 
-Who adds an engine writes a `checking.engine.Session` and one entry here; engines of others are found by the entry point
+To add an engine, write a `checking.engine.Session` and one entry here; engines of others are found by the entry point
 group `llfsm_verify.engines` (docs/engines.md).
 """
 
@@ -204,7 +204,7 @@ ENGINES = Engines(
     ],
 )  # fmt: skip
 DEFAULT_ENGINE = "auto"
-"""Whom everybody asks who names none: the command line, the front door, the pytest plugin."""
+"""The one that is asked where none is named: by the command line, the front door and the pytest plugin."""
 
 
 def table() -> str:

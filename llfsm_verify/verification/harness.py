@@ -1,7 +1,7 @@
 """The harness: one engine checks one problem, and what all engines have in common is done here.
 
 Limits and Ctrl-C end a search, and what it knows by then is said. Every run that an engine gives is performed by the
-executor and confirmed before anybody sees it. What holds is looked at for what makes it hold vacuously.
+executor and confirmed before a user sees it. What holds is looked at for what makes it hold vacuously.
 
 What only some checks need (explanations, witnesses, more counterexamples) is imported when it is used.
 """
@@ -272,7 +272,7 @@ class _Check:
         return session.possible() if self._problem.assumptions else True
 
     def _unconfirmed(self, stop: BaseException) -> str:
-        """A violation that nobody has performed is not shown."""
+        """A violation that the executor has not performed is not shown."""
         return f"a violation was found, but not confirmed: {self._stopped(stop)}"
 
     def _faults(self, session: Session) -> FaultResult:

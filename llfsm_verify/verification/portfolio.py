@@ -76,7 +76,7 @@ class AutoEngine:
             if stage.turn.again and (not stopped or stopped & _ours(wanted, options) or (unlimited and endless)):
                 continue
             if merging.asked:
-                collect_everything()  # what an engine leaves behind is not to be missing to the next
+                collect_everything()  # the memory of one engine is for the next
             try:
                 result = self._find(stage.engine)(merging.open(problem), wanted)
             except MemoryError:

@@ -20,7 +20,7 @@ from llfsm_verify.verification.engines import DEFAULT_ENGINE
 from llfsm_verify.verification.verify import verify
 
 NAME = "query"
-"""What the property behind a query is called, in saved runs too."""
+"""What the property that a query stands for is called, also in saved runs."""
 ANSWERS = {Verdict.VIOLATED: "reached", Verdict.HOLDS: "unreachable", Verdict.UNKNOWN: "unknown"}
 
 
@@ -73,7 +73,7 @@ class QueryResult:
 
     @property
     def engine(self) -> str:
-        """Who decided it; where nobody did, who was asked."""
+        """The engine that decided it; where none did, the one that was asked."""
         return self.result.engine if self.verdict is Verdict.UNKNOWN else self.result.properties[0].engine
 
     @property
@@ -137,5 +137,5 @@ def ask(
     answer = QueryResult(query, verify(arrangement, query.properties, wanted, engine))
     if answer.result.exploration.depth is None:
         return answer
-    # Whether a run faults, which nobody asked, is not known; the engine calls that not complete.
+    # Whether a run faults, which was not asked, is not known; the engine calls that not complete.
     return replace(answer, result=replace(answer.result, complete=answer.is_complete))

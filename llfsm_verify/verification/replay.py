@@ -218,7 +218,7 @@ class Replayed:
 
     @property
     def asked(self) -> str | None:
-        """What a saved query asked for; None: the run is none of a query. Reaching it is no failure."""
+        """What a saved query asked for; None: the run was not saved by a query. Reaching it is no failure."""
         goal = self.file.goal
         return None if goal is None else saved_query(goal.name, goal.kind, goal.text)
 

@@ -30,7 +30,7 @@ DETAILED_STEPS = 2_000
 """A longer trace is saved without what is only there for the reader, so that reading it stays inside YAML's limits."""
 
 Expected = Literal["violated", "holds"]
-"""What a replay shall find: the failure, which is known, or none, because it is mended or must be."""
+"""What a replay is to find: the failure, which is known, or no failure, because it is mended or must be."""
 
 VOCABULARY = Vocabulary(hints=HINTS)
 
@@ -214,7 +214,7 @@ def read_trace_file(path: str | Path, *, chosen: bool = False) -> TraceFile:
     """The trace file at `path`, which is read only if it is a regular file where the path was `chosen` by us.
 
     Raises DiagnosticError: what any YAML file can have (E001 to E018, E030 to E034), a format of another version
-    (E401), a word out of place (E035), a number that is none (E402), a loop that starts after the last step (E403),
+    (E401), a word out of place (E035), an invalid number (E402), a loop that starts after the last step (E403),
     neither or both of `property` and `fault` (E404).
     """
     source, _ = read_source(path, regular=chosen)

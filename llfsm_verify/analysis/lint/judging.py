@@ -154,7 +154,7 @@ class Judge:
             first = probes[0]
             machine = self._arrangement.machine(first.machine)
             if first.state >= len(machine.states):
-                continue  # the suspend state that nobody declared
+                continue  # the suspend state that is not declared
             state = machine.states[first.state]
             never = self._never(probes)
             if never:

@@ -93,7 +93,7 @@ def _reached(arrangement: Arrangement, name: str, info: MachineInfo, found: Loca
     """The states that a machine can be in: it starts in one, commands lead to that or to the suspend state or back to
     where it was, and all else is transitions that can fire."""
     machine = arrangement.machine(name)
-    implicit = range(len(machine.states), len(info.states))  # the suspend state that nobody declared
+    implicit = range(len(machine.states), len(info.states))  # the suspend state that is not declared
     seen = {machine.initial, *implicit} | (set() if machine.suspend is None else {machine.suspend})
     todo = list(seen)
     while todo:

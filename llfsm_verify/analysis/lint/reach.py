@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MOST_STEPS = 1 << 26
-"""Steps of an exploration that nobody has limited: some seconds."""
+"""Steps of an exploration without a limit of the user: some seconds."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

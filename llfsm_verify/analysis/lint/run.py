@@ -33,7 +33,7 @@ def lint(
 ) -> LintResult:
     """What is wrong with an arrangement. `local`: only what single turns and the text tell.
 
-    `atoms` are those of properties: what they read is read by somebody. Raises DiagnosticError where the arrangement
+    `atoms` are those of properties: what they read counts as read. Raises DiagnosticError where the arrangement
     has no meaning, and Disagreement when a witness is not confirmed.
     """
     started = time.monotonic()

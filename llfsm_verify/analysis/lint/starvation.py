@@ -43,7 +43,7 @@ class PassedOver:
 
 
 def stuck(arrangement: Arrangement, reach: Reach) -> Iterator[Stuck]:
-    """EF AG `machine@state`, for states that somebody meant the machine to leave; `reach` is complete."""
+    """EF AG `machine@state`, for states that the machine is meant to leave; `reach` is complete."""
     import numpy as np
 
     program, arrays = reach.program, reach.arrays
@@ -95,7 +95,7 @@ def _gone(arrangement: Arrangement, reach: Reach, machine: Machine) -> NDArray[n
 
 
 def _flag(reach: Reach, program: Program, name: str) -> NDArray[np.bool_]:
-    """Where a Boolean variable is true; nowhere when there is none."""
+    """Where a Boolean variable is true; nowhere where there is no such variable."""
     import numpy as np
 
     if all(v.name != name for v in program.vars):
@@ -239,7 +239,7 @@ def _finishing(arrangement: Arrangement, texts: dict[str, _Text], atoms: Iterabl
 
 def _late(arrangement: Arrangement, texts: dict[str, _Text]) -> Iterator[Finding]:
     """Machines that have their turn before the only one which writes what they read, and give it nothing in return, not
-    even through others: in a circle somebody has to be late."""
+    even through others: in a circle one has to be late."""
     writers: dict[str, set[str]] = {}
     for name, text in texts.items():
         for variable in text.writes:

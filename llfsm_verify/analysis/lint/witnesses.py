@@ -32,7 +32,7 @@ class Runs(Protocol):
 
     @property
     def complete(self) -> bool:
-        """What it does not have there is none of."""
+        """It has every outcome that can come out."""
         ...
 
     def has(self, outcome: Outcome) -> bool: ...

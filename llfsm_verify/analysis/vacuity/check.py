@@ -104,7 +104,7 @@ def look_for_escape(explored: Explored, replayer: Replayer, problem: Problem, bu
 
 
 def not_looked_for(problem: Problem, why: str) -> Escape:
-    """What is known where nobody can look; `why`."""
+    """What is known where no engine can look; `why`."""
     return Escape() if are_about_world(problem) else Escape(reason=f"{NOT_LOOKED}: {why}")
 
 

@@ -63,7 +63,7 @@ class StepResult(NamedTuple):
     samples: Samples
     events: tuple[Event, ...]
     read: int
-    """How many of the samples its ringlet took; its letter shows the others, which nobody has sampled."""
+    """How many of the samples its ringlet took; its letter shows the others, which no machine has sampled."""
 
 
 class RunResult(NamedTuple):

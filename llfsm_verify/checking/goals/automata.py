@@ -76,7 +76,7 @@ class AutomatonGoal:
         return accepts(self._given, stem, loop) == self._never
 
     def allowed(self) -> Automaton | None:
-        """The automaton of the allowed runs; None: it would be the complement of one that has none."""
+        """The automaton of the allowed runs; None: it is a complement that is not computed."""
         if not self._never:
             return self._given
         return self._opposite() if has_complement(self._given) else None

@@ -66,7 +66,7 @@ def mask(letter: Letter, keys: Sequence[str]) -> int:
 
 
 def lost_at(monitor: PrefixMonitor, keys: Sequence[str], letters: Sequence[Letter]) -> int | None:
-    """The number of the letter (from 0) that completes a bad prefix; None: `letters` is none."""
+    """The number of the letter (from 0) that completes a bad prefix; None: `letters` is no bad prefix."""
     state = monitor.initial()
     for number, letter in enumerate(letters):
         if state is not None:

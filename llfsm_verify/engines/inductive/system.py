@@ -52,7 +52,7 @@ class System:
     """`unit` steps are one transition: a whole cycle where its length is the same in all runs, else one step.
 
     `scalars` are those of a state, between two units, in a fixed order: of the configuration, then of what the target's
-    reader remembers. What is the same in all such states is none of them.
+    reader remembers. What is the same in all such states is left out.
     """
 
     def __init__(self, program: Program, target: Target, arithmetic: Arithmetic | None = None) -> None:
@@ -299,7 +299,7 @@ class Plan:
 
 
 def plan_of(goal: Goal, assumed: Sequence[Claim], program: Program) -> Plan:
-    """AutomatonTooLarge, LimitReached: there is none."""
+    """Raises AutomatonTooLarge and LimitReached where the goal has no plan."""
     monitor, safe = bad_prefixes_of(goal)
     table: Table | None = None
     too_large: AutomatonTooLarge | None = None

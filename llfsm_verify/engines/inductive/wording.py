@@ -47,7 +47,7 @@ HIDDEN = {
     "$before.": "what `{0}` was in the letter before",
     "$first": "no letter has come after the initial one",
 }
-"""What the variables behind words of properties mean, by how their names begin; {0} is what they are about."""
+"""What the variables that words of properties stand for mean, by how their names begin; {0} is what they are about."""
 
 
 def proof_of(invariant: Invariant, system: System, goal: Goal | None, problem: Problem, found: CheckedProof) -> Proof:

@@ -529,4 +529,4 @@ ENDLESS = Known(
     "endless", "more configurations than can be looked at", COUNTER.format(type="int", action="n = n + 1;"),
     f"far: G n < {10**15}", _answers("far-"), open=frozenset({"far", "faults"}),
 )  # fmt: skip
-"""Nobody can show a run of so many steps, and who says that the property holds is wrong."""
+"""No engine can show a run of so many steps, and one that says that the property holds is wrong."""

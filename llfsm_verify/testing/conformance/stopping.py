@@ -12,7 +12,7 @@ from llfsm_verify.limits import Budget, Limits
 
 
 class Overdue(BaseException):
-    """Nobody but the suite catches it."""
+    """Only the suite catches it."""
 
 
 class Alarm:

@@ -47,7 +47,7 @@ class Session:
         return loaded
 
     def simulation(self, arrangement: Arrangement) -> Simulation:
-        """A simulation that nobody has stepped yet."""
+        """A simulation at its beginning."""
         key = (arrangement.path, arrangement.digest)
         if key not in self._programs:
             self._programs[key] = NativeProgram(lower(arrangement), events=True)

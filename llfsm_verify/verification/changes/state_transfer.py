@@ -36,7 +36,7 @@ class Untransferable(Exception):
 
 
 class StateTransfer:
-    """From records of `old` to those of `new`, in which `machine` is replaced, or none.
+    """From records of `old` to those of `new`, in which `machine` is replaced; None: no machine is.
 
     `first` is where `new` begins.
     """

@@ -4,7 +4,7 @@ The run goes on while this is found out, so the question is asked of each config
 reachable from the one where it stood (with its operators and, in its place, the model of its surroundings): from all of
 them the arrangement with the new machine is explored, with the monitors in the states that they would have.
 
-The surroundings of a run that is not simulated have no state that anybody knows. Those states of their model are taken
+The surroundings of a run that is not simulated have a state that is not known. Those states of their model are taken
 that it can have when the run is where it stood, among all that are reachable from the beginning.
 """
 
@@ -87,7 +87,7 @@ class Counterexample:
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """The machine must not be loaded, or nobody knows whether it may."""
+    """The machine must not be loaded, or it is unknown whether it may."""
 
     reason: str
     notes: tuple[str, ...] = ()
