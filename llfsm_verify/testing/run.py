@@ -21,9 +21,8 @@ from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.program.moves import Move
 from llfsm_verify.runtime.stepping.monitored import FOR_EVER
 from llfsm_verify.runtime.stepping.simulation import SimulationFault, SimulationOverflow
-from llfsm_verify.testing.stretches import Failure, Performed, Stretch
+from llfsm_verify.testing.stretches import Failure, Performed, Stretch, Wrapper, unwrap
 from llfsm_verify.testing.tested import Tested
-from llfsm_verify.testing.wrapped import Wrapper, unwrap
 from llfsm_verify.values import Shown
 
 if TYPE_CHECKING:

@@ -24,9 +24,8 @@ from llfsm_verify.logic.reading import names_file
 from llfsm_verify.runtime.stepping.monitored import MonitoredSimulation
 from llfsm_verify.testing.run import Asked, Run, RunFailed, Subject, found_beside, load
 from llfsm_verify.testing.strategies import starts, stretches
-from llfsm_verify.testing.stretches import Stretch
+from llfsm_verify.testing.stretches import Stretch, Wrapper
 from llfsm_verify.testing.tested import UntestedWarning
-from llfsm_verify.testing.wrapped import Wrapper
 from llfsm_verify.values import Shown
 
 

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.testing.run import Run, RunFailed, Subject
-from llfsm_verify.testing.stretches import Stretch
+from llfsm_verify.testing.stretches import Stretch, Wrapper, unwrap
 from llfsm_verify.testing.tested import Stimulus, Tested
-from llfsm_verify.testing.wrapped import Wrapper, unwrap
 from llfsm_verify.values import Shown
 
 FEW = 2

@@ -1,10 +1,14 @@
-"""The parts of a run as values: stretches in which inputs are held, how far each was performed, and why it failed."""
+"""What tests are given and runs consist of, as values: arrangements (frozen, or in a `Model`), stretches in which
+inputs are held, how far each was performed, and why a run failed.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
+from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.logic.properties import Property
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.values import Shown
@@ -87,3 +91,18 @@ class Failure:
         if self.violated:
             return f"{', '.join(self.names)} violated"
         return "an integer left 64 bits: what holds is unknown" if self.fault is None else self.fault.message
+
+
+class Wrapper(Protocol):
+    """A `llfsm_verify.Model`, which the room above this one defines."""
+
+    @property
+    def wrapped(self) -> Arrangement: ...
+
+
+def unwrap(given: object) -> Arrangement:
+    """The arrangement that is given, by itself or in a `Model`. TypeError: it is something else."""
+    inside = getattr(given, "wrapped", given)
+    if not isinstance(inside, Arrangement):
+        raise TypeError(f"this is not an arrangement: {given!r:.80}")
+    return inside

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
     from llfsm_verify.runtime.stepping.simulation import Simulation
     from llfsm_verify.testing.pytest_plugin.checks import Check
-    from llfsm_verify.testing.wrapped import Wrapper
+    from llfsm_verify.testing.stretches import Wrapper
 
 __all__ = ["TraceTests"]
 
@@ -94,7 +94,7 @@ def load_arrangement(request: pytest.FixtureRequest) -> Callable[[str | Path], A
 def simulation(request: pytest.FixtureRequest, arrangement: Arrangement | Wrapper) -> Simulation:
     """`arrangement`, ready for its first step; inputs that a step is not given have their lowest values."""
     from llfsm_verify.testing.pytest_plugin.session import session_of, without_traceback
-    from llfsm_verify.testing.wrapped import unwrap
+    from llfsm_verify.testing.stretches import unwrap
 
     with without_traceback(request.config):
         return session_of(request.config).simulation(unwrap(arrangement))

@@ -27,7 +27,7 @@ from llfsm_verify.report.wording import fault_text, vacuity_texts
 from llfsm_verify.testing.pytest_plugin.session import failure, session_of, width, without_traceback
 from llfsm_verify.testing.pytest_plugin.texts import SAVE
 from llfsm_verify.testing.saving import keep_trace
-from llfsm_verify.testing.wrapped import Wrapper, unwrap
+from llfsm_verify.testing.stretches import Wrapper, unwrap
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 
 if TYPE_CHECKING:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from llfsm_verify.testing.conformance.drawn import problems
+from llfsm_verify.testing.conformance.drawn import TooLarge, answers_to, problems
 from llfsm_verify.testing.conformance.known import ENDLESS, KNOWN, Known
-from llfsm_verify.testing.conformance.reference import TooLarge, answers_to
 
 BEYOND = {"past and steps", "bounds in time", "bounds in time from below", "automata", "automata that hold", "commands"}
 """With automata or formulas that the reference does not look at."""
