@@ -12,7 +12,7 @@ from llfsm_verify.cli.parser import Parser, UsageError
 from llfsm_verify.runtime.deciding.logs.formats import LOGS
 
 if TYPE_CHECKING:
-    from llfsm_verify.runtime.deciding.logs.check import DecidedOnLog
+    from llfsm_verify.runtime.deciding.recordings import Decided
     from llfsm_verify.runtime.recording.file import Recording
 
 
@@ -85,12 +85,11 @@ def _decide_log(options: Namespace) -> int:
     arrangement = load_arrangement(options.arrangement)
     told(lines, arrangement)
     found = check_log(arrangement, lines, options.recording, options.mapping, wanted)
-    return say_decided([(d.decided, _where(d)) for d in found], allow_undecided=options.allow_undecided)
+    return say_decided([(d, _where(d)) for d in found], allow_undecided=options.allow_undecided)
 
 
-def _where(found: DecidedOnLog) -> str:
+def _where(decided: Decided) -> str:
     """The row of a log."""
-    decided = found.decided
     if decided.step is None:
         return f"because {decided.reason}" if decided.reason else ""
-    return f"at row {decided.step:,}" + ("" if found.time is None else f", at time {found.time}")
+    return f"at row {decided.step:,}" + ("" if decided.time is None else f", at time {decided.time}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
@@ -27,20 +28,14 @@ def png(graph: Graph) -> bytes:
     return laid_out(dot(graph), "png")
 
 
-def structure_svg(structure: Structure) -> Iterator[bytes]:
-    """A Kripke structure as an SVG document. Errors as for `svg`."""
-    yield _structure(structure, "svg")
-
-
-def structure_png(structure: Structure) -> Iterator[bytes]:
-    """A Kripke structure as a PNG. Errors as for `png`."""
-    yield _structure(structure, "png")
-
-
-def _structure(structure: Structure, wanted: str) -> bytes:
+def _structure(structure: Structure, wanted: str) -> Iterator[bytes]:
+    """A Kripke structure as an ``svg`` or ``png``. Errors as for `laid_out`."""
     from llfsm_verify.kripke.export.dot import dot as structure_dot  # numba
 
-    return laid_out("".join(structure_dot(structure)), wanted)
+    yield laid_out("".join(structure_dot(structure)), wanted)
+
+
+structure_svg, structure_png = partial(_structure, wanted="svg"), partial(_structure, wanted="png")
 
 
 def laid_out(text: str, wanted: str) -> bytes:

@@ -80,8 +80,6 @@ class Path(Protocol):
 
     kind: str
     """What users call it."""
-    fixed: bool
-    """It has happened: its inputs cannot be set."""
 
     def next(self, record: bytes, number: int) -> Next | str:
         """The step `number` (from 1), which leads on from `record`; or why the path has no more. DebugError."""
@@ -98,7 +96,6 @@ class Free:
     """
 
     kind = "arrangement"
-    fixed = False
 
     def __init__(self, execution: Execution, seed: int | None = None, law: Drawing = ANEW) -> None:
         self._execution = execution
@@ -210,7 +207,6 @@ class Traced:
     """The steps of a saved trace; those of its loop again and again."""
 
     kind = "trace"
-    fixed = True
 
     def __init__(self, schedule: Schedule, *, fails: bool) -> None:
         self._schedule = schedule
@@ -230,7 +226,6 @@ class Recorded:
     """The ringlets of a recording, each turn performed again in the machine code of the run, and found the same."""
 
     kind = "recording"
-    fixed = True
 
     def __init__(self, recording: Recording, code: LiveCode) -> None:
         """DiagnosticError (E481, E482): the recording does not say how it began, or nothing can begin so."""

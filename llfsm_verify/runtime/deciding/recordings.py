@@ -39,6 +39,8 @@ class Decided:
     """The number of the frame of that ringlet's cycle."""
     reason: str = ""
     """Why it is undecided."""
+    time: str | None = None
+    """Of a log that has times: that of the row."""
 
 
 def check(arrangement: Arrangement, properties: PropertySet, recording: Recording) -> list[Decided]:

@@ -31,8 +31,8 @@ STATES = 18  # address of the states of monitors
 HISTOGRAM = 19  # address of 512 counts of latenesses
 UNTIL_SETTLED = 20  # not 0: return where a monitor becomes settled
 ROUNDS = 21  # return before the round of this number, as a number without a sign
-COMMAND = 23  # address of (number, choice, choice of a value or -1, value): what an operator commands, or 0
 MINE = 22  # the only process whose turns are taken here; -1: those of all
+COMMAND = 23  # address of (number, choice, choice of a value or -1, value): what an operator commands, or 0
 
 # What it keeps and tells.
 BASE = 24  # monotonic nanoseconds at which round 0 was due
@@ -48,14 +48,14 @@ LATE = 33  # lateness of the turn under way
 SETTLED = 34  # not 0: a monitor became settled in this turn
 ENTRY = 35  # address at which what this turn records begins
 NEXT = 36  # the process whose turn it is, where that is not `MINE`
+RECORDED_BYTES = 37  # of the recording, with the entry that is being published
+RECORDED = 38  # number of the frame of that entry
 TAKEN = 39  # number of the last command that was taken
 TAKEN_FRAME = 40  # number of the frame at the end of that cycle
 GIVEN = 41  # 1 + the choice by which that command came; 0: it is over
 WAKES = 42  # address of rows of 16 words: length of an address, or 0, and the address
 WAKE_COUNT = 43
 WAKE_SOCKET = 44  # descriptor of the socket that sends
-RECORDED_BYTES = 37  # of the recording, with the entry that is being published
-RECORDED = 38  # number of the frame of that entry
 BEGUN = 45  # not 0: choices have been drawn
 VISITED = 46  # address of a word for each state of each machine: whether it was visited; or 0
 CONTROL_WORDS = 48

@@ -115,7 +115,7 @@ def child(work: Callable[[], object], kept: set[int]) -> Child:
     return Child(pid)
 
 
-def readable(descriptors: Collection[int], milliseconds: int | None = None) -> set[int]:
+def readable(descriptors: Collection[int], milliseconds: float | None = None) -> set[int]:
     """Wait until one of these is readable, at most so long; which."""
     poll = select.poll()
     for descriptor in descriptors:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import queue
-import select
 import signal
 import threading
 import time
@@ -265,8 +264,7 @@ class Run(Running):
         priority: int | None = None,
     ) -> None:
         super().__init__(loop, recorder, shared=shared, priority=priority)
-        self._lifeline: forks.Lifeline | None = None
-        self._guardian: forks.Child | None = None
+        self._guardian: tuple[forks.Lifeline, forks.Child] | None = None
         """The process that outlives this one, if there is one."""
         if shared is not None and (loop.code.safe or recorder is not None):
             self._fork()
@@ -280,22 +278,22 @@ class Run(Running):
         self._over = False
 
     def _fork(self) -> None:
-        self._lifeline = lifeline = forks.Lifeline()
+        lifeline = forks.Lifeline()
 
         def guard() -> None:
             lifeline.wait()  # until this process has died, or ends its child
             self._outlive()
 
-        self._guardian = forks.child(guard, lifeline.descriptors | self._kept)
+        self._guardian = lifeline, forks.child(guard, lifeline.descriptors | self._kept)
         lifeline.forked()
         forks.keep(self)
 
     def let_go(self) -> None:
         """See `forks.Kept`."""
-        if self._lifeline is not None and self._guardian is not None:
-            self._lifeline.close()
-            self._guardian.let_go()
-            self._guardian = None
+        if self._guardian is not None:
+            (lifeline, child), self._guardian = self._guardian, None
+            lifeline.close()
+            child.let_go()
 
     def start(self) -> None:
         """Let it run."""
@@ -308,9 +306,7 @@ class Run(Running):
     def wait(self, seconds: float | None = None) -> bool:
         """See `Running`."""
         if not self._over:
-            poll = select.poll()
-            poll.register(self._news, select.POLLIN)
-            if not poll.poll(None if seconds is None else 1000 * seconds):
+            if not forks.readable((self._news,), None if seconds is None else 1000 * seconds):
                 return False
             os.eventfd_read(self._news)
             if self._pausing:
@@ -329,10 +325,10 @@ class Run(Running):
             self._thread.join()
         self._over = True
         os.close(self._news)
-        if self._lifeline is not None and self._guardian is not None:
-            self._guardian.end()
-            self._guardian = None
-            self._lifeline.close()
+        if self._guardian is not None:
+            (lifeline, child), self._guardian = self._guardian, None
+            child.end()
+            lifeline.close()
 
     def __enter__(self) -> Self:
         return self

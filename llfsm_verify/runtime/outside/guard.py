@@ -8,7 +8,6 @@ is measured here.
 from __future__ import annotations
 
 import os
-import select
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
@@ -19,6 +18,7 @@ from llfsm_verify.jsonvalue import Json
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.deciding.frames import FrameMonitors
 from llfsm_verify.runtime.deciding.recordings import Decided
+from llfsm_verify.runtime.live.forks import readable
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER
 from llfsm_verify.runtime.live.slots import inputs_of
 from llfsm_verify.runtime.whiteboard.client import SECONDS, PostRefused, Whiteboard, WhiteboardError
@@ -122,8 +122,6 @@ class OutsideGuard:
         """
         with self._board.frames() as frames:
             self._began = self._board.latest
-            poll = select.poll()
-            poll.register(frames.fileno(), select.POLLIN)
             running = True
             while running:
                 running = self._board.is_running()
@@ -131,16 +129,15 @@ class OutsideGuard:
                     self.late |= isinstance(happened, Acted) and happened.late
                     yield happened
                 if running:
-                    poll.poll(1000 * frames.patience)
+                    readable((frames.fileno(),), 1000 * frames.patience)
             self._measure([])
             yield from self._last_answers()
         self._over()
 
     def _last_answers(self) -> Iterator[Acted]:
         """An order may be what ended the run: the server still answers, or closes the connection."""
-        poll = select.poll()
-        poll.register(self._board.fileno(), select.POLLIN)
-        while self._sent and not self._board.is_gone and poll.poll(None if SECONDS is None else 1000 * SECONDS):
+        limit = None if SECONDS is None else 1000 * SECONDS
+        while self._sent and not self._board.is_gone and readable((self._board.fileno(),), limit):
             yield from self._answered()
         yield from self._answered()
 

@@ -94,10 +94,6 @@ class _PendingChange:
         if self.check is not None:
             self.check.close()
 
-    def join(self) -> None:
-        """Wait for the thread: processes are forked where there is no other one."""
-        self.thread.join()
-
     def _guarded(self) -> None:
         try:
             self.made = self._make()
@@ -270,7 +266,7 @@ class SwappableRun:
 
     def _fork_next(self, asked: _PendingChange) -> None:
         """The next run is made: let its processes wait, and the one under way pause."""
-        asked.join()
+        asked.thread.join()  # processes are forked where there is no other thread
         if asked.made is None or asked.refused is not None:
             self._refuse(asked.problem or str(asked.refused))
             return

@@ -21,7 +21,7 @@ from llfsm_verify.runtime.live.frame import COMMITTED, ENDING, ENDINGS, NUMBER
 from llfsm_verify.runtime.live.slots import STATE, Slot
 from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST, NOBODY, location, peer_of
 from llfsm_verify.runtime.whiteboard.segment import Attached, Lent, NoSegment
-from llfsm_verify.runtime.whiteboard.subscription import Frames, Subscription, Woken
+from llfsm_verify.runtime.whiteboard.subscription import Feed, Frames, Subscription
 from llfsm_verify.values import Shown, ValueProblem, number_of
 
 SECONDS: float | None = 5.0
@@ -310,29 +310,28 @@ class Whiteboard:
         named. KeyError: there is no such slot; WhiteboardError: there are too many subscribers.
         """
         self._known(slots)
-        of = {name: self._slots[name] for name in slots or self._slots}
-        woken = self._woken()
-        return Subscription(self._attached, woken, self._connection, self.is_running, self.period, of)
+        return Subscription(self._feed(), {name: self._slots[name] for name in slots or self._slots})
 
     def frames(self) -> Frames:
         """All frames, one after the other, from the first one if it is still there, else from the newest one on.
 
         WhiteboardError: there are too many subscribers.
         """
-        return Frames(self._attached, self._woken(), self._connection, self.is_running, self.period)
+        return Frames(self._feed())
 
-    def _woken(self) -> Woken:
-        """A socket that gets a datagram after each frame."""
+    def _feed(self) -> Feed:
         answer, descriptor = self._lent({"subscribe": True})
         number = answer.get("socket")
         if not isinstance(number, int):
             os.close(descriptor)
             raise self._unanswered()
-        return Woken(socket.socket(fileno=descriptor), lambda: self._unsubscribe(number))
 
-    def _unsubscribe(self, number: int) -> None:
-        with suppress(WhiteboardError):  # the server is gone
-            self._ask({"unsubscribe": number})
+        def unsubscribe() -> None:
+            with suppress(WhiteboardError):  # the server is gone
+                self._ask({"unsubscribe": number})
+
+        woken = socket.socket(fileno=descriptor)
+        return Feed(self._attached, woken, self._connection, self.is_running, unsubscribe)
 
     def is_running(self) -> bool:
         """Whether another frame may come."""

@@ -151,9 +151,12 @@ class Posts:
 
     def number(self, name: str, value: Json) -> int:
         """The number of a value of an input. Refused: there is no such input or value."""
+        return _number(name, self._known(name)[1], value)
+
+    def _known(self, name: str) -> tuple[int, Choice]:
         if name not in self._inputs:
             raise Refused(f"there is no input `{name[:60]}`, only {', '.join(self._inputs) or 'none at all'}")
-        return _number(name, self._inputs[name][1], value)
+        return self._inputs[name]
 
     def post(self, values: Mapping[str, Json]) -> None:
         """Give values to inputs, all together. Refused: there is no such input or value, and nothing is posted."""
@@ -173,8 +176,7 @@ class Posts:
         of its own already, or no memory is left to lend.
         """
         for name in names:
-            if name not in self._inputs:
-                raise Refused(f"there is no input `{name[:60]}`, only {', '.join(self._inputs) or 'none at all'}")
+            self._known(name)
             self._free(name)
         with self._lock:
             segment, copy = self._writers.lend(granted)

@@ -188,9 +188,6 @@ class Attached(_Frames):
         word, address, words = code().word, self.address, self.words
         return lambda: word(address, words, number)
 
-    kept = generations.GENERATIONS
-    """So many of the last frames are there."""
-
 
 class Lent(_Frames):
     """A segment of another process that this one writes. NoSegment: the descriptor is not one of a lent segment."""

@@ -41,14 +41,18 @@ class Update:
 
 
 @dataclass(frozen=True, slots=True)
-class Woken:
-    """A socket that the server has made for a reader, and what to do when it is not needed any more."""
+class Feed:
+    """Where a reader has frames from."""
 
-    socket: socket.socket
+    attached: Attached
+    woken: socket.socket
+    """The server has made it, and sends a datagram there after each frame."""
+    server: socket.socket
+    """Its other end is closed when the server is gone."""
+    running: Callable[[], bool]
+    """Whether another frame may come."""
     over: Callable[[], None]
-
-    def __post_init__(self) -> None:
-        self.socket.setblocking(False)
+    """To be called when the socket is not needed any more."""
 
 
 def most_missed(every: int, kept: int = GENERATIONS) -> int:
@@ -67,21 +71,19 @@ class _Reader(Generic[T]):
     started. A reader that waits for it looks again after `patience` seconds.
     """
 
-    def __init__(
-        self, attached: Attached, woken: Woken, server: socket.socket, running: Callable[[], bool], period: float
-    ) -> None:
-        self._attached = attached
-        self._woken = woken
-        self._running = running
+    def __init__(self, feed: Feed) -> None:
+        self._attached = feed.attached
+        self._feed = feed
         self._last = 0
         self._pending: deque[T] = deque()
         """Read, and not handed out yet."""
-        self.patience = min(LONGEST, max(SHORTEST, CYCLES * period))
+        self.patience = min(LONGEST, max(SHORTEST, CYCLES * feed.attached.period / 1e9))
         """Seconds after which to look in any case: a datagram may be lost."""
         self._unwatch: Callable[[], None] = lambda: None
+        feed.woken.setblocking(False)
         self._both = select.epoll()
-        self._both.register(woken.socket, select.EPOLLIN)
-        self._both.register(server, select.EPOLLIN | select.EPOLLRDHUP)
+        self._both.register(feed.woken, select.EPOLLIN)
+        self._both.register(feed.server, select.EPOLLIN | select.EPOLLRDHUP)
 
     def _first(self) -> list[int] | None:
         """The frame to begin with."""
@@ -105,13 +107,13 @@ class _Reader(Generic[T]):
     def _fetch(self) -> None:
         with suppress(BlockingIOError):
             for _ in range(MOST_WAKES):
-                self._woken.socket.recv(16)
+                self._feed.woken.recv(16)
         while self._last < (newest := self._attached.latest):
             frame = self._attached.frame(self._last + 1) if self._last else self._first()
             if frame is None:  # overwritten: go on with the oldest one that is not about to be
-                oldest = max(self._last + 1, newest - self._attached.kept // BEHIND)
+                oldest = max(self._last + 1, newest - GENERATIONS // BEHIND)
                 while (frame := self._attached.frame(oldest)) is None:
-                    oldest = max(oldest + 1, self._attached.latest - self._attached.kept // BEHIND)
+                    oldest = max(oldest + 1, self._attached.latest - GENERATIONS // BEHIND)
             lost = frame[NUMBER] - self._last - 1 if self._last else 0
             self._last = frame[NUMBER]
             self._take(frame, lost)
@@ -119,7 +121,7 @@ class _Reader(Generic[T]):
     def __iter__(self) -> Iterator[T]:
         """What comes, as it comes, until the run has ended."""
         while not self._both.closed:
-            running = self._running()
+            running = self._feed.running()
             self._fetch()
             while self._pending:  # who leaves the iterator finds the others later
                 yield self._pending.popleft()
@@ -143,7 +145,7 @@ class _Reader(Generic[T]):
         self._unwatch = unwatch
         try:
             while not self._both.closed:
-                running = self._running()
+                running = self._feed.running()
                 self._fetch()
                 while self._pending:
                     yield self._pending.popleft()
@@ -162,8 +164,8 @@ class _Reader(Generic[T]):
         if not self._both.closed:
             self._unwatch()
             self._both.close()
-            self._woken.socket.close()
-            self._woken.over()
+            self._feed.woken.close()
+            self._feed.over()
 
     def __enter__(self) -> Self:
         return self
@@ -180,16 +182,8 @@ class Subscription(_Reader[Update]):
     thread is started. Made by `Whiteboard.subscribe`.
     """
 
-    def __init__(
-        self,
-        attached: Attached,
-        woken: Woken,
-        server: socket.socket,
-        running: Callable[[], bool],
-        period: float,
-        of: Mapping[str, Slot],
-    ) -> None:
-        super().__init__(attached, woken, server, running, period)
+    def __init__(self, feed: Feed, of: Mapping[str, Slot]) -> None:
+        super().__init__(feed)
         self._slots = of
         self._lost = 0
         self._values: dict[str, Shown] | None = None

@@ -20,7 +20,7 @@ from llfsm_verify.runtime.outside.guard import Acted, OutsideGuard, Sent
 from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.places import socket_path
 from llfsm_verify.runtime.whiteboard.segment import Attached, Segment
-from llfsm_verify.runtime.whiteboard.subscription import Frames, Woken, most_missed
+from llfsm_verify.runtime.whiteboard.subscription import Feed, Frames, most_missed
 from tests.runtime.live.runs import code_of
 from tests.runtime.whiteboard.stepping import Stepped, stepped
 from tests.runtime.whiteboard.test_server import boards, served, tidy  # noqa: F401 - fixtures
@@ -167,9 +167,6 @@ def test_reactions_of_nothing() -> None:
 class Asleep:
     """A socket to which nothing is sent."""
 
-    def setblocking(self, _: bool) -> None:
-        pass
-
     def recv(self, _: int) -> bytes:
         raise BlockingIOError
 
@@ -183,7 +180,7 @@ def test_how_many_frames_are_missed_at_most(every: int) -> None:
     with closing(Segment("missed", 1)) as segment, closing(Attached(segment.descriptor)) as attached:
         reader = object.__new__(Frames)
         reader._attached, reader._last, reader._pending = attached, 0, deque()
-        reader._woken = Woken(Asleep(), lambda: None)  # type: ignore[arg-type]
+        reader._feed = Feed(attached, Asleep(), Asleep(), lambda: True, lambda: None)  # type: ignore[arg-type]
         segment.publish([1])
         reader.read()
         for number in range(2, every + 2):

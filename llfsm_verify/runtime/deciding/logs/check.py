@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
@@ -23,19 +23,11 @@ _KEPT = 1 << 16
 """Letters of rows that are remembered, as many rows are equal."""
 
 
-@dataclass(frozen=True, slots=True)
-class DecidedOnLog:
-    """What a log says of a property. `decided.step` is the number of the row, from 1."""
-
-    decided: Decided
-    time: str | None
-    """The time of that row, where the log has times."""
-
-
 def check_log(
     arrangement: Arrangement, properties: PropertySet, path: str, mapping_path: str, form: str
-) -> list[DecidedOnLog]:
-    """Each property, on a log: its first row is the first letter, and each row is that of one cycle.
+) -> list[Decided]:
+    """Each property, on a log: its first row is the first letter, and each row, of which the number is `step`, is that
+    of one cycle.
 
     A verdict by some rows holds whatever came after. Of a log that has ended, as the mapping says, the last row repeats
     forever. ModuleNotFoundError: the package for the format is not installed. DiagnosticError: what is wrong with the
@@ -84,11 +76,8 @@ def check_log(
         assumed = all(claim_of(p, problem.clock).true_on(stem, loop) for p in properties.assumptions)
         for watch in watches:
             watch.decide_on_lasso(stem, loop, assumed=assumed)
-    found = []
-    for watch in watches:
-        decided = watch.decided(open_end=open_end)
-        found.append(DecidedOnLog(decided, None if decided.step is None else times.get(decided.step)))
-    return found
+    found = [watch.decided(open_end=open_end) for watch in watches]
+    return [replace(decided, time=times.get(decided.step or 0)) for decided in found]
 
 
 class _Letters:
