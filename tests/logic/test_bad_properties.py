@@ -24,7 +24,7 @@ ELSEWHERE = {
     codes.AUTOMATON_COMPLEMENT, codes.HOA_NUMBER,
     # test_hoa.py
     codes.HOA, codes.HOA_ACCEPTANCE, codes.HOA_UNSUPPORTED,
-    # tests/cli/test_query.py
+    # tests/cli/commands/test_query.py
     codes.TEMPORAL,
     # test_syntaxes.py and test_property.py
     codes.UNSAYABLE, codes.WORD, codes.LIMIT, codes.MIXTURE,

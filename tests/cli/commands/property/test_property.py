@@ -20,7 +20,7 @@ from tests.cli.running import LIGHTS, Done, llfsm
 from tests.outside import FACTS, demand, needs
 from tests.quick import examples
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[4]
 
 
 def rows():
