@@ -21,7 +21,7 @@ from llfsm_verify.report.drawing.dot import dot
 from llfsm_verify.report.drawing.graph import Edge, Graph, Node, with_legend
 from llfsm_verify.report.drawing.mermaid import mermaid
 from llfsm_verify.report.drawing.pictures import svg
-from llfsm_verify.report.drawing.traced import Run, traced_graph
+from llfsm_verify.report.drawing.traced import DrawnRun, traced_graph
 from llfsm_verify.runtime.stepping.random_run import RandomRun, Script
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import Document, arrangements
@@ -49,7 +49,7 @@ STEPS = (
 
 
 def drawn(trace: Trace, machine: str = "ns", ending: str = "violated") -> tuple[dict[str, Node], list[Edge]]:
-    graph = traced_graph([LIGHTS.machine(machine)], Run(trace, ending), "title")
+    graph = traced_graph([LIGHTS.machine(machine)], DrawnRun(trace, ending), "title")
     assert dot(graph).startswith("digraph") and mermaid(graph)
     return {node.title: node for node in graph.nodes if node.title}, list(graph.edges)
 
@@ -97,7 +97,7 @@ def test_what_repeats_forever_is_marked():
 
 
 def test_several_machines_have_titles_and_a_legend():
-    graph = traced_graph(LIGHTS.machines, Run(Trace(AT_FIRST, (), (), STEPS, None), "violated"), "title")
+    graph = traced_graph(LIGHTS.machines, DrawnRun(Trace(AT_FIRST, (), (), STEPS, None), "violated"), "title")
     assert {n.group for n in graph.nodes} == {"timer: Timer", "ns: Light", "ew: Light"}
     assert [n.title for n in with_legend(graph).nodes if n.kind == "caption"] == ["fired", "did not fire"]
     load("pygraphviz")
@@ -111,7 +111,7 @@ def test_several_machines_have_titles_and_a_legend():
 def test_an_arrow_to_a_machine_s_suspend_state_is_there_but_not_seen():
     machines = load_arrangement("models/vacuum/arrangement.yaml").texts
     at_first = tuple((machine.name, machine.states[0].name) for machine in machines)
-    graph = traced_graph(machines, Run(Trace(at_first, (), (), (), None), "violated"), "title")
+    graph = traced_graph(machines, DrawnRun(Trace(at_first, (), (), (), None), "violated"), "title")
     suspended = [node.key for node in graph.nodes if node.kind == "suspend"]
     hidden = [line.split()[2] for line in dot(graph).splitlines() if line.endswith("[style=invis];")]
     assert suspended and hidden == suspended
@@ -135,7 +135,9 @@ def test_every_step_of_a_random_run_is_drawn_once():
         arrangement = build_arrangement(document)
         run = RandomRun(Execution(lower(arrangement, keep_all_bits=True)), Script({}), random.Random(seed))
         steps = tuple(run.steps(30, None))
-        graph = traced_graph(arrangement.texts, Run(Trace(run.initial, (), (), steps, None, run.fault), "fault"), "t")
+        graph = traced_graph(
+            arrangement.texts, DrawnRun(Trace(run.initial, (), (), steps, None, run.fault), "fault"), "t"
+        )
         spent = sum(counted(node.lines) for node in graph.nodes)
         fired = sum(counted(tuple(edge.label.split("\n")[1:])) for edge in graph.edges)
         assert spent == len(steps) and fired == sum(each.fired is not None for each in steps)

@@ -24,7 +24,7 @@ TITLE_WIDTH = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class DrawnRun:
     """What of a trace is drawn, and what is said of its end."""
 
     trace: Trace
@@ -77,10 +77,10 @@ def run_graph(arrangement: Arrangement, machine: str | None, trace: Trace, about
     ending = f"fault {trace.fault.code}" if trace.fault else "reached" if reaches else "violated"
     machines = arrangement.texts if machine is None else (arrangement.machine(machine),)
     of = machine_graph(machines[0]).title if len(machines) == 1 else arrangement.name
-    return traced_graph(machines, Run(trace, ending), shorten(f"{of}, {about}", TITLE_WIDTH))
+    return traced_graph(machines, DrawnRun(trace, ending), shorten(f"{of}, {about}", TITLE_WIDTH))
 
 
-def traced_graph(machines: Sequence[Machine], run: Run, title: str) -> Graph:
+def traced_graph(machines: Sequence[Machine], run: DrawnRun, title: str) -> Graph:
     """These machines with the run drawn on them; several are a group each."""
     nodes: list[Node] = []
     edges: list[Edge] = []
@@ -97,7 +97,7 @@ def traced_graph(machines: Sequence[Machine], run: Run, title: str) -> Graph:
     return Graph(title, tuple(nodes), tuple(edges), "machine", LEGEND)
 
 
-def _path(machine: Machine, run: Run) -> _Path:
+def _path(machine: Machine, run: DrawnRun) -> _Path:
     state = dict(run.trace.initial)[machine.name]
     spent: dict[str, list[int]] = {}
     fired: dict[str, list[int]] = {}
@@ -122,7 +122,7 @@ def _nodes(machine: Machine, drawn: Graph, path: _Path) -> tuple[Node, ...]:
     return drawn.nodes
 
 
-def _marked(node: Node, path: _Path, run: Run, machine: str) -> Node:
+def _marked(node: Node, path: _Path, run: DrawnRun, machine: str) -> Node:
     if node.kind == "initial":
         return node
     if node.title not in path.seen:
@@ -142,7 +142,7 @@ def _marked(node: Node, path: _Path, run: Run, machine: str) -> Node:
     return replace(node, mark=mark, lines=(*node.lines, *lines))
 
 
-def _edges(machine: Machine, drawn: Graph, path: _Path, run: Run) -> Iterator[Edge]:
+def _edges(machine: Machine, drawn: Graph, path: _Path, run: DrawnRun) -> Iterator[Edge]:
     """Those of the drawing: the start, and the transitions in their order."""
     start, *edges = drawn.edges
     yield start

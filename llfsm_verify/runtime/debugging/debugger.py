@@ -18,7 +18,7 @@ from llfsm_verify.program.program import FaultSite, Program
 from llfsm_verify.runtime.debugging import MOST_STEPS
 from llfsm_verify.runtime.debugging.guards import Evaluated, Guards
 from llfsm_verify.runtime.debugging.paths import DebugError, Free, Next, Path, Start, free_value
-from llfsm_verify.runtime.debugging.watches import Watch
+from llfsm_verify.runtime.debugging.watches import FormulaWatch
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.values import elements, text, value_text
 
@@ -85,13 +85,13 @@ class Debugger:
         self.history: list[TakenStep] = []
         self.failed: Failed | None = None
         """What comes after the last step of the history, if that is known to fail."""
-        self.breaks: dict[int, Watch] = {}
+        self.breaks: dict[int, FormulaWatch] = {}
         self._numbers = 0
         self.start = start
         self._first = start.record(self.execution)
         self._cycle = self.execution.layout.reader(self.program.cycle)
         self._pending: Next | None = None
-        self._asked: dict[str, Watch] = {}
+        self._asked: dict[str, FormulaWatch] = {}
         self._stopped = False
 
     @property
@@ -362,10 +362,10 @@ class Debugger:
 
     # ------------------------------------------------ formulas
 
-    def _watch(self, formula: str, begin: int | None = None) -> Watch:
-        return Watch(self.arrangement, formula, self.start, self.position if begin is None else begin)
+    def _watch(self, formula: str, begin: int | None = None) -> FormulaWatch:
+        return FormulaWatch(self.arrangement, formula, self.start, self.position if begin is None else begin)
 
-    def _follow(self, watch: Watch) -> None:
+    def _follow(self, watch: FormulaWatch) -> None:
         while watch.length < self.position:
             tick()
             watch.follow(self.history[watch.length].move)
@@ -435,7 +435,7 @@ class Debugger:
         forgotten = self._cut()
         self.start = Start((*self.execution.free(self._first), (name, number)))
         self._first = self.start.record(self.execution)
-        self.breaks = {k: Watch(self.arrangement, w.text, self.start, 0) for k, w in self.breaks.items()}
+        self.breaks = {k: FormulaWatch(self.arrangement, w.text, self.start, 0) for k, w in self.breaks.items()}
         self._asked.clear()
         return forgotten
 

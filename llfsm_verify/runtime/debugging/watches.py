@@ -22,7 +22,7 @@ from llfsm_verify.runtime.debugging.paths import DebugError, Start
 NAME = "the formula"
 
 
-class Watch:
+class FormulaWatch:
     """One formula, along the steps of a debugger.
 
     A state formula is looked at after every ringlet, whatever `observe` says. One with temporal operators is read by a

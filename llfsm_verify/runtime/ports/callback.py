@@ -9,7 +9,7 @@ from decimal import Decimal
 
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.ports import UNKNOWN
-from llfsm_verify.runtime.ports.port import Kind, Link, Port, Start, Started, Unopened
+from llfsm_verify.runtime.ports.port import Kind, Link, Opener, Port, Started, Unopened
 from llfsm_verify.values import Shown
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, mark
@@ -45,7 +45,7 @@ class CallbackPort(Port):
             self._link.malformed(f"the function has returned neither a mapping nor None, but {type(given).__name__}")
 
 
-def callback(function: Function) -> Start:
+def callback(function: Function) -> Opener:
     """What starts a port of a function."""
 
     def start(link: Link) -> Port:

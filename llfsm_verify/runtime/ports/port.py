@@ -85,7 +85,7 @@ class Port(Protocol):
         return
 
 
-Start = Callable[[Link], Port]
+Opener = Callable[[Link], Port]
 """Opens a port. Unopened; ModuleNotFoundError: a package is not installed."""
 
 
@@ -94,7 +94,7 @@ class PortSpec:
     """A port as it is declared."""
 
     name: str
-    start: Start
+    start: Opener
     inputs: Mapping[str, str] = field(default_factory=dict)
     """The field that feeds each input, by the input."""
     outputs: Mapping[str, str] = field(default_factory=dict)
@@ -113,7 +113,7 @@ class PortSpec:
 class Started:
     """What a kind makes of its settings."""
 
-    start: Start
+    start: Opener
     holds: tuple[str, ...] = ()
     """What no other port of the run can have, such as ``standard input``, in words."""
 

@@ -47,7 +47,7 @@ class MonitoredSimulation(Simulation):
         self._text = "\n".join(
             [native.text, monitor_text(self._tables, own), _watch_text(native, self._context_layout)]
         )
-        self._compiled: dict[bool, _Watch] = {}  # by whether for a quick start; shared with those made `anew`
+        self._compiled: dict[bool, _WatchCode] = {}  # by whether for a quick start; shared with those made `anew`
         self._by_cycle = program.observe == "cycle"
         self._atoms = [monitor.atoms for monitor in monitors.values()]
         super().__init__(native, seed, law)
@@ -124,10 +124,10 @@ class MonitoredSimulation(Simulation):
             self._note()
         return events
 
-    def _code(self, *, quick: bool) -> _Watch:
+    def _code(self, *, quick: bool) -> _WatchCode:
         found = self._compiled.get(False) or (self._compiled.get(True) if quick else None)
         if found is None:
-            found = self._compiled[quick] = _Watch(self._text, quick)
+            found = self._compiled[quick] = _WatchCode(self._text, quick)
         return found
 
     def _note(self) -> bool:
@@ -145,7 +145,7 @@ def places(program: Program, native: NativeProgram) -> dict[str, Place]:
     return {atom.name: native.layout.fields[atom.output].place(0) for atom in program.atoms}
 
 
-class _Watch:
+class _WatchCode:
     """The program and its monitors in machine code."""
 
     def __init__(self, text: str, quick: bool) -> None:

@@ -48,7 +48,7 @@ PR_SET_PDEATHSIG = 1
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class CheckAnswer:
     """What came of a check: `accepted`, or why the machine is refused; in both cases what else is to be said."""
 
     accepted: Accepted | None
@@ -62,11 +62,11 @@ class Check:
     descriptor or process left for it.
     """
 
-    def __init__(self, work: Callable[[], Finding], limits: Limits) -> None:
+    def __init__(self, work: Callable[[], CheckAnswer], limits: Limits) -> None:
         self._file = os.memfd_create("llfsm-check", os.MFD_CLOEXEC)
         self._until = None if limits.timeout is None else time.monotonic() + limits.timeout + GRACE
         self._limits = limits
-        self._answer: Finding | None = None
+        self._answer: CheckAnswer | None = None
         supervisor = os.getpid()
         try:
             self._pid = fork()
@@ -96,11 +96,11 @@ class Check:
             elif self._until is not None and time.monotonic() > self._until:
                 self.close()
                 limit = f"the time limit of {self._limits.timeout:g} s was reached"
-                self._answer = Finding(None, f"{UNKNOWN}: {limit}", ())
+                self._answer = CheckAnswer(None, f"{UNKNOWN}: {limit}", ())
         return self._answer is not None
 
     @property
-    def answer(self) -> Finding:
+    def answer(self) -> CheckAnswer:
         """After it is `ready`."""
         assert self._answer is not None
         return self._answer
@@ -111,7 +111,7 @@ class Check:
             os.kill(self._pid, signal.SIGKILL)
             os.waitpid(self._pid, 0)
             os.close(self._file)
-            self._answer = Finding(None, "the check was ended", ())
+            self._answer = CheckAnswer(None, "the check was ended", ())
 
 
 def _go_to_background(supervisor: int) -> None:
@@ -124,14 +124,14 @@ def _go_to_background(supervisor: int) -> None:
     os.nice(NICENESS)
 
 
-def _read(file: int, status: int) -> Finding:
+def _read(file: int, status: int) -> CheckAnswer:
     with os.fdopen(os.dup(file), "rb") as told:
         told.seek(0)
         try:
-            found: Finding = pickle.load(told)  # noqa: S301 - of our own process
+            found: CheckAnswer = pickle.load(told)  # noqa: S301 - of our own process
         except (EOFError, pickle.UnpicklingError):
             how = f"signal {os.WTERMSIG(status)} ended its process" if os.WIFSIGNALED(status) else "its process failed"
-            return Finding(None, f"{UNKNOWN}: {how}", ())
+            return CheckAnswer(None, f"{UNKNOWN}: {how}", ())
     return found
 
 
@@ -155,7 +155,7 @@ class CheckTask:
     earlier: tuple[tuple[Draft, str | None], ...]
     """As of `Question`."""
 
-    def finding(self) -> Finding:
+    def finding(self) -> CheckAnswer:
         """The answer. Errors are mistakes of ours."""
         from llfsm_verify.verification.changes.update_check import Question, Refusal, check_update
 
@@ -167,10 +167,10 @@ class CheckTask:
             )  # fmt: skip
             outcome = check_update(question, Budget(self.settings.limits))
         except DiagnosticError as error:
-            return Finding(None, error.diagnostics[0].message, ())
+            return CheckAnswer(None, error.diagnostics[0].message, ())
         if isinstance(outcome, Refusal):
-            return Finding(None, self._why(outcome, following), outcome.notes)
-        return Finding(outcome, "", outcome.notes)
+            return CheckAnswer(None, self._why(outcome, following), outcome.notes)
+        return CheckAnswer(outcome, "", outcome.notes)
 
     def _resolved(self, draft: Draft) -> Arrangement:
         return runnable(resolve(draft), simulated=True, cycle_ms=self.settings.cycle_ms)

@@ -24,7 +24,7 @@ from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.plan import drawn_choices, monitored, safe_values, starting_values
 from llfsm_verify.runtime.recording.file import Recorder, Recording
 from llfsm_verify.runtime.recording.replay import replay
-from llfsm_verify.runtime.swapping.check_process import Check, Finding, Interleaved, record_counterexample
+from llfsm_verify.runtime.swapping.check_process import Check, CheckAnswer, Interleaved, record_counterexample
 from llfsm_verify.runtime.swapping.hot_swap import _compare
 from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.verification.changes.state_transfer import Accepted, Untransferable, transferred, update_point
@@ -433,7 +433,7 @@ def test_what_is_not_known_is_refused():
 
 
 def test_a_check_that_takes_too_long_is_ended(monkeypatch):
-    check = Check(lambda: time.sleep(1000) or Finding(None, "late", ()), Limits(timeout=-10))
+    check = Check(lambda: time.sleep(1000) or CheckAnswer(None, "late", ()), Limits(timeout=-10))
     assert check.ready
     assert check.answer.reason == "it is unknown whether it may be loaded: the time limit of -10 s was reached"
 
@@ -448,7 +448,7 @@ def test_a_check_whose_process_dies_is_no_answer():
 
 def test_places_come_back_as_they_were():
     places = frozenset(bytes([i, 2 * i, 10, 0]) for i in range(100))
-    check = Check(lambda: Finding(Accepted(places, ("a",)), "", ("a",)), Limits())
+    check = Check(lambda: CheckAnswer(Accepted(places, ("a",)), "", ("a",)), Limits())
     while not check.ready:
         time.sleep(0.001)
     assert check.answer.accepted == Accepted(places, ("a",))

@@ -29,7 +29,7 @@ from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.runtime.swapping import check_process
-from llfsm_verify.runtime.swapping.check_process import Check, Finding
+from llfsm_verify.runtime.swapping.check_process import Check, CheckAnswer
 from llfsm_verify.runtime.whiteboard.audit import ENDED, FIRST, INTERVAL, AuditLog, Sparing, verify
 from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError, called
 from llfsm_verify.runtime.whiteboard.permissions import (
@@ -415,7 +415,7 @@ def test_a_check_without_a_process_leaves_no_descriptor(monkeypatch: pytest.Monk
     monkeypatch.setattr(check_process, "fork", fork)
     before = os.listdir("/proc/self/fd")  # noqa: PTH208 - numbers
     with pytest.raises(BlockingIOError):
-        Check(lambda: Finding(None, "", ()), Limits())
+        Check(lambda: CheckAnswer(None, "", ()), Limits())
     assert os.listdir("/proc/self/fd") == before  # noqa: PTH208 - numbers
 
 
