@@ -100,8 +100,7 @@ def _titled(title: str, trace: Trace, *, fold: bool) -> Iterator[RenderableType]
 
 def _ending(result: Result, whole: float | None) -> Iterator[Text]:
     """What the search came to, and what there is to say of it."""
-    runs = [trace for item in result.properties for trace in (item.trace, item.witness) if trace is not None]
-    if result.faults.findings or result.escape is not None or runs:
+    if _has_tables(result):
         yield from _verdicts(result)
         yield Text()
     yield Text(summary_text(result, whole))
@@ -117,6 +116,11 @@ def _ending(result: Result, whole: float | None) -> Iterator[Text]:
     is_bounded = explored.depth is not None and explored.complete is False and not result.attempts
     if is_bounded and Verdict.UNKNOWN in verdicts:
         yield Text("`--engine auto` also asks engines that do not bound the length of runs.")
+
+
+def _has_tables(result: Result) -> bool:
+    runs = [trace for item in result.properties for trace in (item.trace, item.witness) if trace is not None]
+    return bool(result.faults.findings or result.escape is not None or runs)
 
 
 def _verdicts(result: Result) -> Iterator[Text]:
