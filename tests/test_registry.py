@@ -30,6 +30,7 @@ from tests.cli.running import LIGHTS, llfsm
 ALL: dict[str, Registry[object]] = {
     "access": REPORTS.access, "arrangements": ARRANGEMENTS, "commands": COMMANDS, "drawings": DRAWINGS,
     "engines": ENGINES, "lint": REPORTS.lint, "logs": LOGS, "machines": MACHINES, "models": MODELS,
+    "monitors": REPORTS.monitor, "simulations": REPORTS.simulation,
     "pictures": PICTURES, "policies": POLICIES, "ports": PORTS, "queries": REPORTS.query, "results": REPORTS.result,
     "schemas": SCHEMAS, "structures": STRUCTURES, "syntaxes": TABLES, "timelines": TIMELINES, "writers": WRITERS,
 }  # fmt: skip
@@ -53,7 +54,9 @@ def test_who_asks_for_another_is_told_what_there_is(registry: str) -> None:
     ("command", "option", "names"),
     [
         ("verify", "--engine", ENGINES), ("verify", "--format", REPORTS.result), ("lint", "--format", REPORTS.lint),
-        ("query", "--format", REPORTS.query), ("query", "--engine", ENGINES), ("draw", "--format", DRAWINGS),
+        ("query", "--format", REPORTS.query), ("query", "--engine", ENGINES), ("monitor", "--as", REPORTS.monitor),
+        ("simulate", "--format", [*REPORTS.simulation, *TIMELINES]), ("trace", "--to", [*TIMELINES, "trace"]),
+        ("draw", "--format", DRAWINGS),
         ("kripke", "--format", [*STRUCTURES, *PICTURES, *MODELS]), ("verify", "--syntax", ["llfsm", *TABLES]),
     ],
 )  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentTypeError
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -88,10 +88,9 @@ def repeatable(to: _ActionsContainer, *flags: str, text: str, **more: Any) -> No
     to.add_argument(*flags, action="append", default=[], help=f"{text}; may be repeated", **more)
 
 
-def choice(to: _ActionsContainer, flag: str, names: Iterable[str], text: str, **more: Any) -> None:
+def choice(to: _ActionsContainer, flag: str, names: Collection[str], text: str, **more: Any) -> None:
     """An option whose value is one of these names, the first one where it is left out."""
-    known = tuple(names)
-    to.add_argument(flag, choices=known, default=known[0], help=f"{text} (default: %(default)s)", **more)
+    to.add_argument(flag, choices=names, default=next(iter(names)), help=f"{text} (default: %(default)s)", **more)
 
 
 def held_inputs(to: _ActionsContainer) -> None:

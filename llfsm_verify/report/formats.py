@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
     from llfsm_verify.checking.verdict import Result
     from llfsm_verify.diagnostics import Diagnostic
+    from llfsm_verify.report.monitor import Monitors
+    from llfsm_verify.report.simulation import Simulated
     from llfsm_verify.verification.query import QueryResult
 
 
@@ -36,6 +38,8 @@ class Style:
     """Of lint: the tables of runs."""
     suppressed: bool = False
     """Of lint: also what files accept."""
+    width: int = 80
+    """Of a terminal, in cells."""
 
 
 Written = str | Iterable["RenderableType"]
@@ -68,6 +72,11 @@ class Reports:
     query: Registry[Callable[[QueryResult, Arrangement, Style], Written]]
     access: Registry[Callable[[Arrangement, str], str]]
     """Of `llfsm access`; the second is the digest of the policy."""
+    simulation: Registry[Callable[[Simulated, Style], Written]]
+    """Of `llfsm simulate`. What is for a terminal is made while the run is."""
+    monitor: Registry[Callable[[Monitors, Callable[[str], None]], str]]
+    """Of `llfsm monitor`, with the final newline; the second takes what is said beside. All but `text` are asked about
+    one property."""
 
     def failed(self, name: str | None) -> Failed | None:
         """What says that the files are wrong in the format `name`, whatever the command is."""
@@ -119,5 +128,23 @@ REPORTS = Reports(
             ReportEntry("json", "llfsm_verify.report.access:report_json", "one object"),
         ],
         f"{GROUPS}.access",
+    ),
+    simulation=Registry(
+        "report format",
+        [
+            ReportEntry("table", "llfsm_verify.report.runtable:report", "for people"),
+            ReportEntry("json", "llfsm_verify.report.simulation:report_json", "schema `simulation`"),
+        ],
+        f"{GROUPS}.simulation",
+    ),
+    monitor=Registry(
+        "report format",
+        [
+            ReportEntry("text", "llfsm_verify.report.monitor:report", "a sentence or two"),
+            ReportEntry("machine", "llfsm_verify.report.monitor:report_machine", "a machine file"),
+            ReportEntry("table", "llfsm_verify.report.monitor:report_table", "a JSON table"),
+            ReportEntry("dot", "llfsm_verify.report.monitor:report_dot", "a drawing"),
+        ],
+        f"{GROUPS}.monitor",
     ),
 )  # fmt: skip

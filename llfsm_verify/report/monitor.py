@@ -1,13 +1,23 @@
-"""What can be said of a monitor in a few lines, and its drawing."""
+"""Monitors in a few lines, as drawings, tables and machines."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.boolean import Guards
-from llfsm_verify.diagnostics import counted
+from llfsm_verify.diagnostics import Fragment, counted
+from llfsm_verify.logic.bounds import Clock
 from llfsm_verify.logic.formula import to_text
+from llfsm_verify.logic.parsing.bounds import decimal
+from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.monitoring.json import table_json
+from llfsm_verify.monitoring.machine import Action, monitor_machine, sight
 from llfsm_verify.monitoring.properties import Monitored, shown
 from llfsm_verify.monitoring.states import Monitor, Monitorability, MonitorVerdict
-from llfsm_verify.report.drawing.graph import Edge, Graph, Node, shorten
+from llfsm_verify.report.drawing.dot import dot
+from llfsm_verify.report.drawing.graph import Edge, Graph, Node, shorten, summarise
 
 LABEL_WIDTH = 80
 
@@ -16,6 +26,57 @@ _WORDS = {
     Monitorability.SOMETIMES: "monitorable in part: there are words after which no verdict can come any more",
     Monitorability.NEVER: "not monitorable: no word gives a verdict",
 }
+
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Monitors:
+    """What was made of properties, and for what."""
+
+    found: Sequence[Monitored]
+    lines: PropertySet
+    """With the assumptions."""
+    arrangement: Arrangement | None
+    clock: Clock | None
+    action: Action
+    """What a machine does on a violation."""
+
+
+def report(monitors: Monitors, _: Tell) -> str:
+    """All of them in words."""
+    return "".join(summary(found) + "\n" for found in monitors.found)
+
+
+def report_dot(monitors: Monitors, tell: Tell) -> str:
+    """The drawing of the one that there is."""
+    (found,) = monitors.found
+    graph, note = summarise(monitor_graph(found))
+    if note is not None:
+        tell(note)
+    return dot(graph)
+
+
+def report_table(monitors: Monitors, _: Tell) -> str:
+    """The table of the one that there is. AutomatonTooLarge."""
+    (found,) = monitors.found
+    return table_json(found)
+
+
+def report_machine(monitors: Monitors, tell: Tell) -> str:
+    """The machine file of the one that there is; what the machine sees is said in it as well. DiagnosticError."""
+    (found,) = monitors.found
+    arrangement, action = monitors.arrangement, monitors.action
+    places: Mapping[str, Fragment] = {**monitors.lines.atoms, **found.line.atoms}
+    plain = monitor_machine(found, places, arrangement, action)
+    notes = sight(plain.reads, arrangement)
+    if monitors.clock is not None:
+        period = decimal(monitors.clock.period)
+        notes.append(f"Bounds in time count its turns: it has one a cycle, and a cycle takes {period} ms.")
+    for note in notes:
+        tell(f"note: {note}")
+    return monitor_machine(found, places, arrangement, action, notes).text
 
 
 def summary(found: Monitored) -> str:

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from textwrap import wrap
+
+from rich.text import Text
 
 from llfsm_verify.checking.trace import TraceStep
-from llfsm_verify.program.program import Choice, Int, Program
+from llfsm_verify.program.program import Choice, FaultSite, Int, Program
 from llfsm_verify.report.columns import Column
 from llfsm_verify.report.cycles import Cycles, Times
+from llfsm_verify.report.formats import Style
+from llfsm_verify.report.simulation import Simulated
 from llfsm_verify.report.steptable import COLUMNS, StepLines
 from llfsm_verify.report.tracetable import LastShown, Row, step_row
+from llfsm_verify.report.wording import event_text
+from llfsm_verify.runtime.stepping.visited import never_visited
 from llfsm_verify.values import value_text
-
-if TYPE_CHECKING:
-    from rich.text import Text
 
 WIDE_VALUE = 16
 WIDE_INPUTS = 80
@@ -63,6 +66,28 @@ class RunTable:
                 yield self._lines.rule()
         self._begun = True
         yield from self._lines.row(row)
+
+
+def report(made: Simulated, style: Style) -> Iterator[Text]:
+    """The table of a run, each step as soon as it is taken, and how the run ended."""
+    first, cycles = len(made.run.before), Cycles()
+    for step in made.run.before:
+        cycles.moment(step)
+    last = first + (made.steps or (made.cycles or 1) * len(made.program.slots))
+    begin = first if made.begin else None
+    table = RunTable(made.program, made.run.initial, made.held, begin, last, style.width)
+    yield from table.head()
+    told: set[FaultSite] = set()
+    for number, step in enumerate(made.turns(), first + 1):
+        yield from table.step(number, step, cycles, faulted=made.run.fault is not None)
+        for event in step.events:
+            if event.site not in told:
+                told.add(event.site)
+                yield Text(f"I{event_text(number, step, event)[1:]}.")
+    yield from map(Text, made.said(states=False))
+    if not made.run.reached:
+        never = never_visited(made.run.visits.never)
+        yield from map(Text, wrap(never, style.width, subsequent_indent="  "))
 
 
 def _columns(

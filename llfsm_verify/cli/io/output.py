@@ -67,6 +67,13 @@ class Output:
         else:
             self.rich(report)
 
+    def stream(self, items: Iterable[RenderableType]) -> None:
+        """Write each when it is there, until the reader has gone."""
+        for item in items:
+            self.rich([item])
+            if self.closed:
+                return
+
     @property
     def width(self) -> int:
         """Terminal cells of a line: of the terminal, or COLUMNS; PIPE_WIDTH where there is neither."""

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from llfsm_verify.cli.arguments import choice, only, output, repeatable, syntax
 from llfsm_verify.cli.parser import Parser
-
-SHAPES = ("text", "machine", "table", "dot")
+from llfsm_verify.report.formats import REPORTS
 
 
 def arguments(parser: Parser) -> None:
@@ -32,7 +31,7 @@ def arguments(parser: Parser) -> None:
         help="write the rules that follow from the text of this machine of the --arrangement, as a property file",
     )
     text = "a sentence or two, a machine file, a JSON table, a drawing"
-    choice(parser, "--as", SHAPES, text, dest="shape")
+    choice(parser, "--as", REPORTS.monitor, text, dest="shape")
     only(parser)
     syntax(parser)
     add("--arrangement", metavar="FILE", help="the arrangement: the types for a machine, and what the machine can miss")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from argparse import Namespace
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
@@ -19,7 +19,6 @@ from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import Clock
 from llfsm_verify.logic.formula import TIMED, operators
 from llfsm_verify.logic.lines import Kind, has_header
-from llfsm_verify.logic.parsing.bounds import decimal
 from llfsm_verify.logic.parsing.definitions import is_definition
 from llfsm_verify.logic.parsing.regular import parse_regular
 from llfsm_verify.logic.parsing.tokens import BINARY, tokenise
@@ -28,6 +27,7 @@ from llfsm_verify.logic.properties import FEATURES, Property, PropertySet, parse
 from llfsm_verify.monitoring.codes import UNWRITABLE
 from llfsm_verify.monitoring.properties import Monitored, Timing, monitor_properties
 from llfsm_verify.monitoring.states import Monitorability
+from llfsm_verify.report.formats import REPORTS
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
@@ -114,36 +114,24 @@ def _text(
     clock: Clock | None,
 ) -> tuple[str, int]:
     """What is written, and 1 when a property cannot be monitored."""
-    from llfsm_verify.report.monitor import monitor_graph, summary
+    from llfsm_verify.monitoring.machine import Action, not_monitorable
+    from llfsm_verify.report.monitor import Monitors
 
     if arrangement is not None and made and options.shape != "machine":  # which refuses it
         _warn_of_surroundings(arrangement, PropertySet((*lines.assumptions, *(found.line for found in made))))
     never = any(found.monitor.monitorability is Monitorability.NEVER for found in made)
-    if options.shape == "text" or not made:
-        return "".join(summary(found) + "\n" for found in made), NOT_MONITORABLE if never else 0
-    (found,) = made
-    if never:
-        from llfsm_verify.monitoring.machine import not_monitorable
-
-        tell(not_monitorable(found))
+    shape = options.shape if made else "text"
+    if shape != "text" and never:
+        tell(not_monitorable(made[0]))
         return "", NOT_MONITORABLE
-    if options.shape == "dot":
-        from llfsm_verify.report.drawing.dot import dot
-        from llfsm_verify.report.drawing.graph import summarise
-
-        graph, note = summarise(monitor_graph(found))
-        if note is not None:
-            tell(note)
-        return dot(graph), 0
-    if options.shape == "table":
-        from llfsm_verify.monitoring.json import table_json
-
-        try:
-            return table_json(found), 0
-        except AutomatonTooLarge as limit:
-            tell(Diagnostic(codes.LIMIT, f"unknown: {limit}", found.line.span))
-            return "", UNKNOWN
-    return _machine(options, found, lines, arrangement, clock), 0
+    action = Action(tuple(dict.fromkeys(options.set)), tuple(dict.fromkeys(options.suspend)))
+    monitors = Monitors(made, lines, arrangement, clock, action)
+    try:
+        text = REPORTS.monitor.load(shape)(monitors, tell)
+    except AutomatonTooLarge as limit:
+        tell(Diagnostic(codes.LIMIT, f"unknown: {limit}", made[0].line.span))
+        return "", UNKNOWN
+    return text, NOT_MONITORABLE if never else 0
 
 
 def _warn_of_surroundings(arrangement: Arrangement, asked: PropertySet) -> None:
@@ -152,24 +140,6 @@ def _warn_of_surroundings(arrangement: Arrangement, asked: PropertySet) -> None:
     warning = surroundings_in(asked.atoms, arrangement)
     if warning is not None:
         tell(warning)
-
-
-def _machine(
-    options: Namespace, found: Monitored, lines: PropertySet, arrangement: Arrangement | None, clock: Clock | None
-) -> str:
-    """The machine file; what the machine sees is said in it and on standard error."""
-    from llfsm_verify.monitoring.machine import Action, monitor_machine, sight
-
-    places: Mapping[str, Fragment] = {**lines.atoms, **found.line.atoms}
-    action = Action(tuple(dict.fromkeys(options.set)), tuple(dict.fromkeys(options.suspend)))
-    plain = monitor_machine(found, places, arrangement, action)
-    notes = sight(plain.reads, arrangement)
-    if clock is not None:
-        notes.append(
-            f"Bounds in time count its turns: it has one a cycle, and a cycle takes {decimal(clock.period)} ms."
-        )
-    tell(*(f"note: {note}" for note in notes))
-    return monitor_machine(found, places, arrangement, action, notes).text
 
 
 def _clock(arrangement: Arrangement | None, lines: PropertySet) -> Clock | None:

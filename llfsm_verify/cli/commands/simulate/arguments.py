@@ -6,9 +6,10 @@ from llfsm_verify.cli.arguments import arrangement, colour, drawn_inputs, held_i
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.limits import DEFAULT_STEPS
 from llfsm_verify.registry import Choices
+from llfsm_verify.report.formats import REPORTS
 from llfsm_verify.report.timeline.formats import TIMELINES
 
-TABLE, JSON = "table", "json"
+TABLE = "table"
 LOOKED = 10_000
 """Steps in which `--until` is looked for where nothing else is said."""
 
@@ -44,10 +45,11 @@ def arguments(parser: Parser) -> None:
     )  # fmt: skip
     held_inputs(parser)
     drawn_inputs(parser)
-    formats = "; ".join(f"{name}: {entry.about}" for name, entry in TIMELINES.items())
+    others = (entry for entry in (*REPORTS.simulation.values(), *TIMELINES.values()) if entry.name != TABLE)
+    formats = "; ".join(f"{entry.name}: {entry.about}" for entry in others)
     add(
-        "--format", choices=Choices((TABLE, JSON), TIMELINES),
-        help=f"default: by the ending of FILE, else {TABLE}; {JSON}: schema `simulation`; {formats}",
+        "--format", choices=Choices(REPORTS.simulation, TIMELINES),
+        help=f"default: by the ending of FILE, else {TABLE}; {formats}",
     )  # fmt: skip
     output(parser)
     add("-q", "--quiet", action="store_true", help="print only how the run ended")

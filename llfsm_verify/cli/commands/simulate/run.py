@@ -5,76 +5,62 @@ from __future__ import annotations
 import random
 from argparse import Namespace
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import partial
-from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.replay.confirm import Misfit
 from llfsm_verify.checking.replay.execution import Execution
-from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.cli.arguments import DRAWN, assignments
-from llfsm_verify.cli.commands.simulate.arguments import JSON, TABLE
+from llfsm_verify.cli.commands.simulate.arguments import TABLE
 from llfsm_verify.cli.commands.simulate.scripts import extent_of, read_script
 from llfsm_verify.cli.io.files import ready, write_whole
 from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.opening import open_arrangement
 from llfsm_verify.cli.parser import UsageError, wrong_usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.report.cycles import Cycles
-from llfsm_verify.report.simulation import exit_code, run_json, sentences, summary
+from llfsm_verify.registry import Choices
+from llfsm_verify.report.formats import REPORTS, Style
+from llfsm_verify.report.simulation import Simulated, summary
 from llfsm_verify.report.timeline.formats import TIMELINES
-from llfsm_verify.report.wording import event_text
 from llfsm_verify.runtime.stepping.drawing import Drawing, DrawingError, drawing_of, free_inputs
 from llfsm_verify.runtime.stepping.random_run import RandomRun, Script, input_problem
-from llfsm_verify.runtime.stepping.visited import never_visited
 from llfsm_verify.semantics.lowering import lower
 
 if TYPE_CHECKING:
     from llfsm_verify.checking.replay.confirm import Schedule
     from llfsm_verify.logic.formula import Formula
     from llfsm_verify.program.moves import Move
-    from llfsm_verify.program.program import FaultSite, Program
-    from llfsm_verify.report.runtable import RunTable
+    from llfsm_verify.program.program import Program
 
 MISFIT = "E411"
 
 
-@dataclass(frozen=True, slots=True)
-class _Job:
-    """A run and how far it goes."""
-
-    arrangement: Arrangement
-    program: Program
-    run: RandomRun
-    seed: int
-    begin: Schedule | None
-    sought: str | None
-    steps: int | None
-    cycles: int | None
-
-    def taken(self) -> Iterator[TraceStep]:
-        return self.run.steps(self.steps, self.cycles)
-
-
 def run(options: Namespace) -> int:
-    """Returns the exit code (see `report.simulation`); raises DiagnosticError for wrong files."""
+    """Returns the exit code (see `Simulated`); raises DiagnosticError for wrong files."""
     wanted = options.format or TIMELINES.named_by(options.output or "") or TABLE
     _refuse_misuse(options, wanted)
     arrangement = open_arrangement(options.arrangement)
     ready(arrangement, None, options.output, ("E487", "E487"), "the run")
     held = assignments("--set", options.set)
-    job = _job(options, arrangement, held)
+    made, begin = _made(options, arrangement, held)
+    output = Output(options.color, options.width)
     if options.quiet:
-        return _summed(job, Output(options.color, options.width))
-    if wanted == TABLE:
-        return _shown(job, held if options.inputs is None else {}, Output(options.color, options.width))
-    return _written(job, wanted, options.output)
+        return _summed(made, output)
+    if wanted in TIMELINES:
+        _timeline(made, begin, wanted, options.output)
+    else:
+        written = REPORTS.simulation.load(wanted)(made, Style(width=output.width))
+        if not isinstance(written, str):
+            output.stream(written)
+            return 0 if output.closed else made.exit_code
+        write_whole(f"{written}\n", options.output or "-", "E487", "the run")
+    tell(*made.said(states=wanted in TIMELINES))
+    return made.exit_code
 
 
-def _job(options: Namespace, arrangement: Arrangement, held: dict[str, str]) -> _Job:
-    """The run that the options ask for. UsageError."""
+def _made(options: Namespace, arrangement: Arrangement, held: dict[str, str]) -> tuple[Simulated, Schedule | None]:
+    """The run that the options ask for, and what it goes on with. UsageError."""
     base = lower(arrangement, keep_all_bits=True)
     program, until, sought = _sought(arrangement, base, options.until)
     problem = input_problem(program, held)
@@ -93,7 +79,8 @@ def _job(options: Namespace, arrangement: Arrangement, held: dict[str, str]) -> 
     if options.begin is not None and kept:
         raise UsageError(f"--set `{kept[0]}` never changes while it runs, and --from goes on with its value")
     begin = None if options.begin is None else _follow(simulated, options.begin, arrangement)
-    return _Job(arrangement, program, simulated, seed, begin, sought, *extent)
+    shown = held if options.inputs is None else {}
+    return Simulated(arrangement, program, simulated, seed, begin is not None, shown, sought, *extent), begin
 
 
 def _refuse_misuse(options: Namespace, wanted: str) -> None:
@@ -101,7 +88,8 @@ def _refuse_misuse(options: Namespace, wanted: str) -> None:
     if wanted in TIMELINES.binary and options.output in (None, "-"):
         raise UsageError(f"{wanted} is not text: name a file with -o")
     if wanted == TABLE and options.output is not None:
-        raise UsageError(f"-o is for --format {JSON}, {', '.join(TIMELINES)}")
+        others = (name for name in Choices(REPORTS.simulation, TIMELINES) if name != TABLE)
+        raise UsageError(f"-o is for --format {', '.join(others)}")
     if options.quiet and (wanted != TABLE or options.output is not None):
         raise UsageError("-q prints only how the run ended, so no other format goes with it")
     if options.begin == "-":
@@ -144,85 +132,27 @@ def _follow(simulated: RandomRun, path: str, arrangement: Arrangement) -> Schedu
     return schedule
 
 
-def _shown(job: _Job, held: dict[str, str], output: Output) -> int:
-    """Print each step as soon as it is done. A reader who has seen enough ends the run."""
-    from rich.text import Text
-
-    first, cycles = len(job.run.before), Cycles()
-    for step in job.run.before:
-        cycles.moment(step)
-    table = _table(job, held, output.width)
-    output.rich(table.head())
-    number = first
-    told: set[FaultSite] = set()
-    for number, step in enumerate(job.taken(), first + 1):
-        output.rich(table.step(number, step, cycles, faulted=job.run.fault is not None))
-        for event in step.events:
-            if event.site not in told:
-                told.add(event.site)
-                output.rich([Text(f"I{event_text(number, step, event)[1:]}.")])
-        if output.closed:
-            return 0
-    output.rich(map(Text, _said(job, number - first, states=False)))
-    if not job.run.reached:
-        output.rich(map(Text, wrap(never_visited(job.run.visits.never), output.width, subsequent_indent="  ")))
-    return exit_code(job.run, job.sought)
-
-
-def _table(job: _Job, held: dict[str, str], width: int) -> RunTable:
-    from llfsm_verify.report.runtable import RunTable
-
-    first = len(job.run.before)
-    last = first + (job.steps or (job.cycles or 1) * len(job.program.slots))
-    return RunTable(job.program, job.run.initial, held, None if job.begin is None else first, last, width)
-
-
-def _said(job: _Job, taken: int, *, states: bool = True) -> list[str]:
-    """How it ended, and (with `states`) which ones were never visited, unless it ended where it was to."""
-    from llfsm_verify.report.text import fault_place
-
-    said = sentences(job.run, taken, job.sought)
-    said += [] if job.run.fault is None else [fault_place(job.run.fault)]
-    return [*said, never_visited(job.run.visits.never)] if states and not job.run.reached else said
-
-
-def _summed(job: _Job, output: Output) -> int:
+def _summed(made: Simulated, output: Output) -> int:
     """Only how long the run was and how it ended."""
-    number = cycles = 0
-    for step in job.taken():
-        number += 1
-        cycles += step.cycle
-    period = job.program.period if len(job.program.processes) == 1 else None
-    output.plain(f"{summary(number, cycles, period)}\n")
-    output.plain("".join(f"{sentence}\n" for sentence in _said(job, number)))
-    return exit_code(job.run, job.sought)
+    cycles = sum(step.cycle for step in made.turns())
+    period = made.program.period if len(made.program.processes) == 1 else None
+    output.plain(f"{summary(made.taken, cycles, period)}\n")
+    output.plain("".join(f"{sentence}\n" for sentence in made.said()))
+    return made.exit_code
 
 
-def _written(job: _Job, wanted: str, name: str | None) -> int:
-    """In a format for other tools; how it ended is said on standard error."""
+def _timeline(made: Simulated, begin: Schedule | None, wanted: str, name: str | None) -> None:
+    """Over time, from where it goes on."""
     from llfsm_verify.runtime.recording.timeline import stepped
 
-    number = 0
-    if wanted == JSON:
-        steps = list(job.taken())
-        number = len(steps)
-        text = run_json(job.arrangement, job.run, steps, job.seed, job.sought, job.program.period)
-        write_whole(f"{text}\n", name or "-", "E487", "the run")
-    else:
-        first = len(job.run.before)
+    first = len(made.run.before)
 
-        def moves() -> Iterator[Move]:
-            nonlocal number
-            if job.begin is not None:
-                yield from job.begin.ringlets[:first]
-            for _ in job.taken():
-                number += 1
-                assert job.run.move is not None
-                yield job.run.move
+    def moves() -> Iterator[Move]:
+        if begin is not None:
+            yield from begin.ringlets[:first]
+        for _ in made.turns():
+            assert made.run.move is not None
+            yield made.run.move
 
-        timeline = stepped(job.arrangement, job.run.free, moves())
-        write = partial(TIMELINES.load(wanted), timeline.part(first + 1, None))
-        write_whole(write, name, "E487", "the timeline")
-    for sentence in _said(job, number, states=wanted != JSON):
-        tell(sentence)
-    return exit_code(job.run, job.sought)
+    timeline = stepped(made.arrangement, made.run.free, moves())
+    write_whole(partial(TIMELINES.load(wanted), timeline.part(first + 1, None)), name, "E487", "the timeline")
