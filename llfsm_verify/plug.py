@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from llfsm_verify.arrangement.files import read_named, read_source
     from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS
     from llfsm_verify.arrangement.formats import Given as GivenArrangement
-    from llfsm_verify.arrangement.formats.reading import MACHINES, Reading
+    from llfsm_verify.arrangement.formats.data import draft_data
+    from llfsm_verify.arrangement.formats.reading import MACHINES, Reading, opened
     from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
     from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
     from llfsm_verify.automata.omega.moves import Lazy, moves_of
@@ -50,8 +51,8 @@ if TYPE_CHECKING:
         EngineOption,
         EngineOptions,
     )
-    from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of, lost_at, mask
-    from llfsm_verify.checking.replay.confirm import Letter, Schedule, atoms_of, first_letter
+    from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of, mask
+    from llfsm_verify.checking.replay.confirm import Letter, Schedule
     from llfsm_verify.checking.replay.execution import Execution
     from llfsm_verify.checking.verdict import Exploration, Result
     from llfsm_verify.cli.commands import COMMANDS
@@ -113,9 +114,11 @@ _PLACES = {
         "WRITERS",
         "Given as GivenArrangement",
     ),
+    "arrangement.formats.data": ("draft_data",),
     "arrangement.formats.reading": (
         "MACHINES",
         "Reading",
+        "opened",
     ),
     "automata.automaton": (
         "Automaton",
@@ -156,14 +159,11 @@ _PLACES = {
     "checking.goals.goal": (
         "Goal",
         "bad_prefixes_of",
-        "lost_at",
         "mask",
     ),
     "checking.replay.confirm": (
         "Letter",
         "Schedule",
-        "atoms_of",
-        "first_letter",
     ),
     "checking.replay.execution": ("Execution",),
     "checking.verdict": (
@@ -287,9 +287,9 @@ __all__ = [
     "Schedule", "Sequence", "Session", "Shown", "Signal", "Single", "Source", "Span", "Started", "StateDraft",
     "Style", "Table", "Timeline", "TimelineRow", "TransitionDraft", "Turn", "Unknown", "Unopened", "Unreadable",
     "UsageError", "Value", "Var", "VariableDraft", "Violated", "Wanted", "WhiteboardDraft", "Words", "Written",
-    "add_premises", "atoms_of", "bad_prefixes_of", "cell_text", "claim_of", "evaluate", "find_accepting_lasso",
-    "first_letter", "implied", "lines_of", "lost_at", "mark", "mask", "moves_of", "observed_outputs",
-    "parse_command", "reached", "read_named", "read_source", "text", "tick", "whole_number", "written",
+    "add_premises", "bad_prefixes_of", "cell_text", "claim_of", "draft_data", "evaluate", "find_accepting_lasso",
+    "implied", "lines_of", "mark", "mask", "moves_of", "observed_outputs", "opened", "parse_command", "reached",
+    "read_named", "read_source", "text", "tick", "whole_number", "written",
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # a type checker shall find a name that there is not

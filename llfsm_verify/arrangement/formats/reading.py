@@ -10,7 +10,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from llfsm_verify.arrangement.draft import ArrangementDraft, Draft, MachineDraft, Unreadable
-from llfsm_verify.arrangement.formats import USUAL
+from llfsm_verify.arrangement.files import read_named, read_source, read_stdin, source_of
+from llfsm_verify.arrangement.formats import USUAL, Given
 from llfsm_verify.arrangement.keys import VOCABULARY
 from llfsm_verify.diagnostics import Diagnostic, Source
 from llfsm_verify.registry import Entry, Registry
@@ -71,6 +72,16 @@ class Reading(Report):
             tuple(self.diagnostics),
             instead,
         )
+
+
+def opened(given: Given) -> tuple[Source, bytes]:
+    """The text that a reader is asked for, and its bytes. DiagnosticError: there is no such file, or it is no text."""
+    if given.text is not None:
+        data = given.text.encode("utf-8", "surrogatepass")
+        return source_of(data, str(given.path)), data
+    if given.named_at is not None:
+        return read_named(given.path, given.named_at, f"arrangement `{str(given.path)[:200]}`")
+    return read_stdin(given.stdin) if str(given.path) == "-" else read_source(given.path)
 
 
 MACHINES: Registry[Callable[[Reading, Path, Scalar], MachineDraft | Unreadable]] = Registry(

@@ -6,10 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from llfsm_verify.arrangement.draft import UNREADABLE, Draft, MachineDraft, Unreadable
-from llfsm_verify.arrangement.files import read_named, read_source, read_stdin, source_of
+from llfsm_verify.arrangement.files import read_named, source_of
 from llfsm_verify.arrangement.formats import Given
 from llfsm_verify.arrangement.formats.documents import draft_arrangement, draft_machine
-from llfsm_verify.arrangement.formats.reading import Reading
+from llfsm_verify.arrangement.formats.reading import Reading, opened
 from llfsm_verify.arrangement.keys import VOCABULARY
 from llfsm_verify.arrangement.kinds import may_be_shown, other_kind, unlike
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
@@ -20,7 +20,7 @@ from llfsm_verify.yaml.nodes import Mapping, Node, Scalar, mark
 
 def read_arrangement(given: Given) -> Draft:
     """The draft of an arrangement; DiagnosticError: what `read_source` raises."""
-    source, data = _read(given)
+    source, data = opened(given)
     from_file = (given.text is None or given.files is not None) and str(given.path) != "-"
     reading = Reading(Path(given.path).parent if from_file else Path(), given.files)
     reading.add_source(source, data)
@@ -109,15 +109,6 @@ def _machine_in(
         reading.diagnostics[before:] = [instead]
         return UNREADABLE
     return draft if isinstance(draft, Unreadable) else replace(draft, instead=instead)
-
-
-def _read(given: Given) -> tuple[Source, bytes]:
-    if given.text is not None:
-        data = given.text.encode("utf-8", "surrogatepass")
-        return source_of(data, str(given.path)), data
-    if given.named_at is not None:
-        return read_named(given.path, given.named_at, f"arrangement `{str(given.path)[:200]}`")
-    return read_stdin(given.stdin) if str(given.path) == "-" else read_source(given.path)
 
 
 def _is_empty(error: DiagnosticError) -> bool:

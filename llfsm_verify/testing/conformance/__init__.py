@@ -1,7 +1,9 @@
-"""Conformance suites for engines and executors of others, and for ours (docs/engines.md).
+"""Conformance suites for what others add, and for what is ours (docs/plugs.md, docs/engines.md).
 
 - `check_engine(entry)`: an `Outcome` a case; `engine_cases(entry)`: the cases, to be run one by one
 - `check_executor(make)`, `executor_cases(make)`: the same for executors of step programs
+- `port_cases`, `reader_cases`, `writer_cases`, `log_cases`, `timeline_cases`, `drawing_cases`, `report_cases`: those of
+  the other plugs
 - `Delegate`: a session that leaves everything to another one
 """
 
@@ -17,6 +19,15 @@ from llfsm_verify.testing.conformance.executors import (
     executor_cases,
 )
 from llfsm_verify.testing.conformance.outcome import Case, Outcome
+from llfsm_verify.testing.conformance.plugs import (
+    drawing_cases,
+    log_cases,
+    reader_cases,
+    report_cases,
+    timeline_cases,
+    writer_cases,
+)
+from llfsm_verify.testing.conformance.ports import port_cases
 
 __all__ = [
     "Case",
@@ -28,6 +39,13 @@ __all__ = [
     "Step",
     "check_engine",
     "check_executor",
+    "drawing_cases",
     "engine_cases",
     "executor_cases",
+    "log_cases",
+    "port_cases",
+    "reader_cases",
+    "report_cases",
+    "timeline_cases",
+    "writer_cases",
 ]

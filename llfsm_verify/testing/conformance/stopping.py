@@ -39,6 +39,7 @@ class Alarm:
             self._block = sys._getframe(1)
             self._hook = sys.unraisablehook
             self._handler = signal.signal(self._number, self._ring)
+            self._before = signal.getitimer(self._timer)
             sys.unraisablehook = self._forgotten
             self._again(self._seconds)
         return self._raised
@@ -52,6 +53,7 @@ class Alarm:
         self._block = None
         signal.setitimer(self._timer, 0)
         signal.signal(self._number, self._handler)
+        signal.setitimer(self._timer, *self._before)  # whoever waits for it gets it later
         sys.unraisablehook = self._hook
 
     def _again(self, seconds: float) -> None:
@@ -86,6 +88,11 @@ def _inside(frame: FrameType | None, block: FrameType) -> bool:
 def within(seconds: float) -> Alarm:
     """Raises Overdue in the block after so much processor time, and then again and again."""
     return Alarm(signal.ITIMER_PROF, signal.SIGPROF, seconds, Overdue())
+
+
+def within_time(seconds: float) -> Alarm:
+    """The same after so much time of a clock on the wall."""
+    return Alarm(signal.ITIMER_REAL, signal.SIGALRM, seconds, Overdue())
 
 
 def interrupted(seconds: float) -> Alarm:
