@@ -3,7 +3,7 @@ and the limits of the work."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -85,12 +85,6 @@ def property_sources(options: Namespace) -> list[Source]:
         # One source, so that bare formulas get different names (L1, L2, …).
         sources.append(GivenLines(COMMAND_LINE, options.property))
     return sources
-
-
-def refuse_two_inputs(paths: Iterable[str]) -> None:
-    """UsageError: standard input (`-`) is named twice."""
-    if list(paths).count("-") > 1:
-        raise UsageError("standard input can be read only once")
 
 
 def limits_of(options: Namespace, seconds: float = 0.0) -> Limits:

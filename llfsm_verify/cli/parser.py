@@ -18,6 +18,8 @@ EXIT_CODES = (
 )
 
 EXAMPLE = "example: "
+INPUTS = ("arrangement", "properties", "inputs", "ports", "mapping", "monitor", "traces")
+"""Of options and arguments that are files which are read, or lists of such: `-` is standard input."""
 
 
 GROUPS = ("check", "run", "build", "exchange", "look")
@@ -117,6 +119,9 @@ class Parser(ArgumentParser):
             if not wrong and "--properties" in self._option_string_actions:
                 advice = f"; write `--properties {left[0][:100]}` for a property file"
             self.error(f"unrecognized arguments: {' '.join(left)[:200]}{advice}")
+        given = [getattr(options, name, None) for name in INPUTS]
+        if sum(each.count("-") if isinstance(each, list) else each == "-" for each in given) > 1:
+            self.error("standard input can be read only once")
         return options, left
 
     def _given_last(self, options: Namespace, left: list[str]) -> list[str]:

@@ -6,7 +6,7 @@ from argparse import Namespace
 
 from llfsm_verify.cli import arguments as shared
 from llfsm_verify.cli.io.output import Output
-from llfsm_verify.cli.opening import limits_of, open_arrangement, read_properties, refuse_two_inputs
+from llfsm_verify.cli.opening import limits_of, open_arrangement, read_properties
 from llfsm_verify.cli.parser import Parser, UsageError
 from llfsm_verify.report.formats import REPORTS, Style
 
@@ -39,7 +39,6 @@ def run(options: Namespace) -> int:
     from llfsm_verify.analysis.lint.run import lint
     from llfsm_verify.checking.problem import bind
 
-    refuse_two_inputs([options.arrangement, *options.properties])
     if options.local and options.max_states is not None:
         raise UsageError("--max-states is for the reachable configurations, which --local leaves alone")
     arrangement = open_arrangement(options.arrangement)

@@ -9,7 +9,7 @@ from pathlib import Path
 from llfsm_verify.cli.arguments import arrangement, engine, memory_and_timeout, output, property_files, property_lines
 from llfsm_verify.cli.certificates import write_certificate
 from llfsm_verify.cli.io.files import ready, write_whole
-from llfsm_verify.cli.opening import limits_of, open_draft, read_properties, refuse_two_inputs, told
+from llfsm_verify.cli.opening import limits_of, open_draft, read_properties, told
 from llfsm_verify.cli.parser import Parser, UsageError
 
 UNWRITABLE = "E490"
@@ -43,7 +43,6 @@ def run(options: Namespace) -> int:
 
     if not options.assurance:
         raise UsageError("say which report: --assurance")
-    refuse_two_inputs([options.arrangement, *options.properties])
     draft, arrangement = open_draft(options.arrangement)
     properties = told(read_properties(options), arrangement)
     ready(arrangement, properties, options.certificate, ("E451", "E450"), "the certificate", whole=True)

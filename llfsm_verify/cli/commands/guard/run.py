@@ -15,7 +15,7 @@ from llfsm_verify.cli.arguments import assignments
 from llfsm_verify.cli.io.files import write_whole
 from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
-from llfsm_verify.cli.opening import chosen, limits_of, open_draft, read_properties, refuse_two_inputs, told
+from llfsm_verify.cli.opening import chosen, limits_of, open_draft, read_properties, told
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, counted
 from llfsm_verify.files import read_regular
@@ -69,7 +69,6 @@ def run(options: Namespace) -> int:
 
 def _refuse_misuse(options: Namespace) -> None:
     """UsageError: options that do not go together."""
-    refuse_two_inputs([options.arrangement, *options.properties])
     if options.hold and options.until:
         raise UsageError("--for and --until both say when the requested value counts again: give one")
     if options.monitor is not None and (options.hold or options.until):

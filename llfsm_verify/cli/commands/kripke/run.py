@@ -9,7 +9,7 @@ from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.cli.commands.kripke.portions import write
 from llfsm_verify.cli.io.files import ready
 from llfsm_verify.cli.io.output import tell
-from llfsm_verify.cli.opening import limits_of, open_arrangement, read_properties, refuse_two_inputs
+from llfsm_verify.cli.opening import limits_of, open_arrangement, read_properties
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES
@@ -33,7 +33,6 @@ CUT_SHORT = 4
 def run(options: Namespace) -> int:
     """Returns 0, or 4 when a limit ended it; raises DiagnosticError for wrong files and where nothing can be written
     (E420 to E422, E424)."""
-    refuse_two_inputs([options.arrangement, *options.properties])
     wanted = _format(options)
     if wanted is None:
         endings = ", ".join([*STRUCTURES.suffixes, *PICTURES.suffixes, *MODELS.suffixes])

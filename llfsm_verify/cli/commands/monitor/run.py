@@ -12,7 +12,7 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.cli.formulas import source_of
 from llfsm_verify.cli.io.files import ready, ready_beside, write_whole
 from llfsm_verify.cli.io.output import tell
-from llfsm_verify.cli.opening import COMMAND_LINE, chosen, open_arrangement, refuse_two_inputs, told
+from llfsm_verify.cli.opening import COMMAND_LINE, chosen, open_arrangement, told
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, Span
 from llfsm_verify.logic import codes
@@ -67,7 +67,6 @@ def _refuse_misuse(options: Namespace) -> None:
     """UsageError: options that do not go together."""
     if not options.properties:
         raise UsageError("PROPERTY is missing, or --from-machine MACHINE (`llfsm monitor --help` says more)")
-    refuse_two_inputs(options.properties)
     if options.shape != "machine" and (options.set or options.suspend):
         raise UsageError("--set and --suspend say what a machine does: they need --as machine")
 

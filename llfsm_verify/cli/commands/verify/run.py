@@ -20,7 +20,7 @@ from llfsm_verify.cli.io.files import announce, is_same_file, ready, traces_read
 from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
-from llfsm_verify.cli.opening import chosen, limits_of, open_arrangement, read_properties, refuse_two_inputs, told
+from llfsm_verify.cli.opening import chosen, limits_of, open_arrangement, read_properties, told
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.limits import Limits
@@ -32,7 +32,6 @@ from llfsm_verify.verification.engines import ENGINES
 
 def run(options: Namespace) -> int:
     """Returns the exit code of the result; raises DiagnosticError for wrong files."""
-    refuse_two_inputs([options.arrangement, *options.properties])
     proofs.refuse_misuse(options)
     refuse_misplaced(options)
     if options.save_as and options.save_traces is None:
