@@ -74,10 +74,4 @@ def _changed(draft: Draft, arrangement: ArrangementDraft, reading: Reading, what
     where it has a colon.
     """
     given = f"{draft.digest} {what} {text}".encode("utf-8", "surrogatepass")
-    return replace(
-        draft,
-        arrangement=arrangement,
-        digest=hashlib.sha256(given).hexdigest(),
-        sources=(*draft.sources, *reading.sources),
-        diagnostics=(*draft.diagnostics, *reading.diagnostics),
-    )
+    return replace(reading.added(draft, arrangement), digest=hashlib.sha256(given).hexdigest())

@@ -52,31 +52,22 @@ def with_chaos(
             continue
         chaos = chaos_machine(arrangement, arrangement.machine(name), guarded, read, commands)
         found.append(_model(reading, instance, chaos))
-    return _with_machines(draft, found, reading)
+    return reading.added(draft, replace(old, machines=tuple(found)))
 
 
 def with_model(draft: Draft, name: str, model: NewMachine) -> Draft:
     """A draft in which a model takes the place of a machine."""
-    assert not isinstance(draft.arrangement, Unreadable)
+    old = draft.arrangement
+    assert not isinstance(old, Unreadable)
     reading = Reading(Path())
-    machines = [_model(reading, i, model) if i.name.text == name else i for i in instances(draft.arrangement)]
-    return _with_machines(draft, machines, reading)
+    machines = tuple(_model(reading, i, model) if i.name.text == name else i for i in instances(old))
+    return reading.added(draft, replace(old, machines=machines))
 
 
 def _model(reading: Reading, instance: InstanceDraft, model: NewMachine) -> InstanceDraft:
     machine = reading.machine_text(f"<any {instance.name.text}>", WRITERS.load(USUAL).machine(model))
     is_model = implied("true", instance.name.span)
     return InstanceDraft(instance.name, machine, (), instance.suspended, is_model, instance.on_fault)
-
-
-def _with_machines(draft: Draft, machines: Sequence[InstanceDraft], reading: Reading) -> Draft:
-    assert not isinstance(draft.arrangement, Unreadable)
-    return replace(
-        draft,
-        arrangement=replace(draft.arrangement, machines=tuple(machines)),
-        sources=(*draft.sources, *reading.sources),
-        diagnostics=(*draft.diagnostics, *reading.diagnostics),
-    )
 
 
 def chaos_machine(

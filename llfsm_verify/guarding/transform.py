@@ -156,8 +156,7 @@ def _with_machine(draft: Draft, found: Names, own: tuple[str, str]) -> Draft:
         machines=(*instances(arrangement), InstanceDraft(name, machine, tuple(arguments))),
         processes=(replace(process, slots=slots),),
     )
-    sources = (*draft.sources, *reading.sources)
-    return replace(draft, arrangement=wider, sources=sources, diagnostics=(*draft.diagnostics, *reading.diagnostics))
+    return reading.added(draft, wider)
 
 
 def _wrong_writes(known: Arrangement, found: Names) -> Iterator[Diagnostic]:

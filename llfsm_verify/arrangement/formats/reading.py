@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from llfsm_verify.arrangement.draft import ArrangementDraft, Draft, MachineDraft, Unreadable
@@ -60,6 +61,11 @@ class Reading(Report):
         """What the policy file that `at` names says; None: it cannot be read."""
         self._policies.append(self.folder / at.text)
         return read_policy(self, self._policies[-1], at)
+
+    def added(self, draft: Draft, arrangement: ArrangementDraft) -> Draft:
+        """The draft with this arrangement in its place, and with what was read for that."""
+        sources, diagnostics = (*draft.sources, *self.sources), (*draft.diagnostics, *self.diagnostics)
+        return replace(draft, arrangement=arrangement, sources=sources, diagnostics=diagnostics)
 
     def draft(self, arrangement: ArrangementDraft | Unreadable, path: str, instead: Diagnostic | None = None) -> Draft:
         """All that was read."""

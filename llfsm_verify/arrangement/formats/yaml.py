@@ -37,58 +37,49 @@ def read_arrangement(given: Given) -> Draft:
 
 def read_machine(reading: Reading, path: Path, at: Scalar) -> MachineDraft | Unreadable:
     """The draft of the machine in the file at `path`, which is named `at` a place."""
-    if str(path) in reading.files:
-        return _machine_text(reading, str(path), reading.files[str(path)].encode("utf-8", "surrogatepass"))
-    try:
-        source, data = read_named(path, mark(at), f"machine file `{at.text[:200]}`")
-    except DiagnosticError as e:
-        reading.add(e)
+    source = _named_source(reading, path, at, "machine")
+    if source is None:
         return UNREADABLE
-    reading.add_source(source, data)
     other = other_kind(source, "machine")
-    return _machine_in(reading, source, other, other if may_be_shown(source) else unlike("machine", at.text, mark(at)))
-
-
-def _machine_text(reading: Reading, name: str, data: bytes) -> MachineDraft | Unreadable:
-    """The draft of the machine in a text that came from elsewhere, where it has this name."""
-    try:
-        source = source_of(data, name)
-    except DiagnosticError as e:
-        reading.add(e)
-        return UNREADABLE
-    reading.add_source(source, data)
-    other = other_kind(source, "machine")
-    return _machine_in(reading, source, other, other)
+    shown = str(path) in reading.files or may_be_shown(source)
+    return _machine_in(reading, source, other, other if shown else unlike("machine", at.text, mark(at)))
 
 
 def read_policy(reading: Reading, path: Path, at: Scalar) -> Node | None:
     """What the policy in the file at `path` says, which is named `at` a place; None: it cannot be read."""
+    source = _named_source(reading, path, at, "policy")
+    if source is None:
+        return None
+    if not may_be_shown(source, "policy"):
+        reading.diagnostics.append(unlike("policy", at.text, mark(at)))
+        return None
+    found: list[Diagnostic] = []
+    try:
+        root = compose(source, found, VOCABULARY)
+    except DiagnosticError as e:
+        reading.add(e)
+        return None
+    reading.diagnostics += found
+    if not reading.can_read(root, "the policy"):
+        return None
+    if isinstance(root, Mapping):
+        root = replace(root, items=tuple(item for item in root.items if item[0].text != VERSION))
+    return root
+
+
+def _named_source(reading: Reading, path: Path, at: Scalar, what: str) -> Source | None:
+    """The text of a file that is named `at` a place, or the text that is given for it; None: it cannot be read."""
     try:
         if str(path) in reading.files:
             data = reading.files[str(path)].encode("utf-8", "surrogatepass")
             source = source_of(data, str(path))
         else:
-            source, data = read_named(path, mark(at), f"policy file `{at.text[:200]}`")
+            source, data = read_named(path, mark(at), f"{what} file `{at.text[:200]}`")
     except DiagnosticError as e:
         reading.add(e)
         return None
     reading.add_source(source, data)
-    instead = None if may_be_shown(source, "policy") else unlike("policy", at.text, mark(at))
-    found: list[Diagnostic] = []
-    root: Node | None = None
-    try:
-        root = compose(source, found, VOCABULARY)
-    except DiagnosticError as e:
-        found = list(e.diagnostics)
-    if instead is not None:
-        reading.diagnostics.append(instead)
-        return None
-    reading.diagnostics += found
-    if root is None or not reading.can_read(root, "the policy"):
-        return None
-    if isinstance(root, Mapping):
-        root = replace(root, items=tuple(item for item in root.items if item[0].text != VERSION))
-    return root
+    return source
 
 
 def _machine_in(
