@@ -71,7 +71,7 @@ def _commandable(before: Access, after: Access, machine: str, target: str) -> It
 
 
 def _denied(after: Access, message: str, hint: str, *places: str) -> Diagnostic:
-    """Its place is the first of these, or the levels, where the policy says nothing of it."""
+    """Its place is the first of these, or the levels, where the policy does not name it."""
     span: Span = next(after.marks[place] for place in (*places, "levels") if place in after.marks)
     return Diagnostic("E165", message, span, hint=hint)
 

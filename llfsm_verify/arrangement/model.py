@@ -1,4 +1,4 @@
-"""The validated arrangement: what the loader promises, and what all else reads."""
+"""The validated arrangement: what the loader promises, and what everything else reads."""
 
 from __future__ import annotations
 

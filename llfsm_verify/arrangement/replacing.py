@@ -70,8 +70,8 @@ def with_replacement(draft: Draft, replacement: Replacement) -> Draft:
 
 
 def _changed(draft: Draft, arrangement: ArrangementDraft, reading: Reading, what: str, text: str) -> Draft:
-    """The draft that has this `arrangement` now, after `reading` the text of `what`, which is no name of a machine
-    where it has a colon.
+    """The draft that has this `arrangement` now, after `reading` the text of `what`, which is not the name of a
+    machine where it has a colon.
     """
     given = f"{draft.digest} {what} {text}".encode("utf-8", "surrogatepass")
     return replace(reading.added(draft, arrangement), digest=hashlib.sha256(given).hexdigest())

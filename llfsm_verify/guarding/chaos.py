@@ -97,13 +97,13 @@ def _own_prefix(arrangement: Arrangement) -> str:
 
 
 def _read_by_others(arrangement: Arrangement, guarded: Sequence[str]) -> Iterator[str]:
-    """The variables of the whiteboard in the texts of machines that are no chaos."""
+    """The variables of the whiteboard in the texts of the machines that are not chaos."""
     others = tuple(m.states for m in arrangement.texts if m.name not in guarded)
     return (read.variable.name for read in of_kind(others, Read) if read.variable.scope == "whiteboard")
 
 
 def _watched(arrangement: Arrangement, machine: Machine, guarded: Sequence[str]) -> bool:
-    """Whether it matters in which state the machine is: to machines that are no chaos, or that it runs and that are
+    """Whether it matters in which state the machine is: to machines that are not chaos, or that it runs and that are
     watched."""
     if machine.nested and not any(
         machine.name in state.runs for owner in guarded for state in arrangement.machine(owner).states
@@ -118,7 +118,7 @@ def _watched(arrangement: Arrangement, machine: Machine, guarded: Sequence[str])
 
 
 def _unloaded_by_others(arrangement: Arrangement, machine: Machine, guarded: Sequence[str]) -> bool:
-    """Whether who is no chaos may unload the machine, so that chaos can load it again."""
+    """Whether an operator or a machine that is not chaos may unload it, so that chaos can load it again."""
     others = (m for m in arrangement.machines if m.name not in guarded)
     return any(c.kind == "unload" and c.machine == machine.name for m in others for c in m.commands()) or any(
         o.kind == "unload" and o.target == machine.name for o in arrangement.operators
@@ -248,7 +248,7 @@ def _commands(arrangement: Arrangement, machine: Machine, guarded: Sequence[str]
             return access is None or access.may_command(machine.name, kind, to)
 
         name = target.name
-        if unseen:  # all else that may become of it is to leave everything as it is
+        if unseen:  # everything else that may become of it is to leave everything as it is
             if may("load"):
                 chosen = f"{own}load_{number}"
                 yield f"0..1 {chosen} = choose(0..1); if ({chosen} == 1) {{ load({name}); }}"

@@ -3,7 +3,7 @@
 The process `watched` is the arrangement between two machines. *Monitors* have the last turn of its cycle, so they read
 what a frame shows; `broken` is what a guard knows that has read all frames so far. *Inbox* has the first turn: it takes
 what the guard asks for, one command where a cycle begins, as a run does. The process `guarding` has one machine,
-*guard*, which looks and asks in one ringlet. The two processes take turns in any order but for the assumption on the
+*guard*, which looks and asks in one ringlet. The two processes take turns in any order except the assumption on the
 guard's pace, which is a formula: in any so many cycles of the first the second has a turn. The bound of the reaction is
 another one.
 

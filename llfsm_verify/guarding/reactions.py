@@ -80,7 +80,7 @@ def end(reactions: Sequence[Reaction], memory: Mapping[str, str]) -> Iterator[st
 
 
 def unknown(arrangement: Arrangement, reactions: Sequence[Reaction]) -> Iterator[Diagnostic]:
-    """The reactions to what is no machine of the arrangement (E439), or is the guard itself (E438)."""
+    """The reactions to what is not a machine of the arrangement (E439), or is the guard itself (E438)."""
     known = [machine.name for machine in arrangement.machines]
     surroundings = None if arrangement.environment is None else arrangement.environment.name
     for each in reactions:

@@ -18,7 +18,7 @@ def switch_machine(
     instead = [f"{output} = {as_requested(text, names.requests)};" for output, text in wanted.fallbacks.items()]
     until, leave = None, []
     if wanted.until is not None:
-        until, leave = as_requested(wanted.until, names.requests), [*instead, *_anew(names)]
+        until, leave = as_requested(wanted.until, names.requests), [*instead, *_again(names)]
     elif taken_back:
         until, leave = f"!{names.alarm}", requests
     memory = {} if until is None else names.memory
@@ -37,8 +37,8 @@ def switch_machine(
     return NewMachine("Switch", states, variables=variables, comments=[*_comment(names, wanted)])
 
 
-def _anew(names: Names) -> Iterator[str]:
-    """The monitors begin anew. One that is not finished yet does not by a load alone."""
+def _again(names: Names) -> Iterator[str]:
+    """The monitors begin again. One that is not finished yet does not do so by a load alone."""
     yield f"{names.alarm} = false;"
     yield from (f"unload({monitor}); load({monitor});" for monitor in names.monitors)
 

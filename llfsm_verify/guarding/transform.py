@@ -98,7 +98,7 @@ def guard(draft: Draft, wanted: Wanted, task: Task, folder: Path) -> Guarded:
         layout.add_machine(found.monitors[0], arguments, wider.sources[-1])
     else:
         for name, line in zip(found.monitors, task.lines, strict=True):
-            # A monitor that begins anew later begins with another letter.
+            # A monitor that begins again later begins with another letter.
             original = None if wanted.until is not None else arrangement
             machine, arguments = property_monitor(line, task, known, found, original)
             layout.add_machine(name, arguments, machine)

@@ -29,7 +29,7 @@ class Wanted:
     fallbacks: Mapping[str, Fragment]
     guarded: tuple[str, ...] = ()
     until: Fragment | None = None
-    """A guard, such as `after(2)`: when it holds, requests count again, and the monitors begin anew. None: never."""
+    """A guard, such as `after(2)`: when it holds, requests count again, and the monitors begin again. None: never."""
     reactions: tuple[Reaction, ...] = ()
     """What the switch does to other machines when the alarm is set, and takes back when requests count again."""
 
@@ -106,7 +106,7 @@ def _writers(arrangement: Arrangement, outputs: Mapping[str, object]) -> Iterato
 
 
 def refuse_unknown(arrangement: Arrangement, wanted: Wanted) -> None:
-    """DiagnosticError (E439): what shall be routed or guarded is not in the arrangement."""
+    """DiagnosticError (E439): what is to be routed or guarded is not in the arrangement."""
     problems = list(_unknown(arrangement, wanted))
     if problems:
         raise DiagnosticError(problems)

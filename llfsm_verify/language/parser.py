@@ -205,7 +205,7 @@ def _slip(text: str, at: int) -> tuple[int, int, str] | None:
 
 
 def _before(token: Token, text: str) -> Iterator[Token]:
-    """The tokens of `text` before this one; comments are none."""
+    """The tokens of `text` before this one, without comments."""
     return takewhile(lambda each: each.start < token.start, _parser().tokens(text))
 
 

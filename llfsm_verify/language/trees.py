@@ -15,7 +15,7 @@ _LEAVES = frozenset({"span", "type", "variable", "local", "text", "values"})
 
 
 class _Parts(dict[type, "tuple[str, ...] | None"]):
-    """The fields in which nodes of a kind have parts, the last one first; None of what is no node."""
+    """The fields in which nodes of a kind have parts, the last one first; None of what is not a node."""
 
     def __missing__(self, kind: type) -> tuple[str, ...] | None:
         parts: tuple[str, ...] | None = () if issubclass(kind, tuple) else None

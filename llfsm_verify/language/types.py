@@ -112,7 +112,7 @@ array the tuple of its elements; for a record the tuple of its fields' values in
 
 
 MAX_DIGITS = 18
-"""Digits after the point of any decimal: a step is no smaller than this."""
+"""Digits after the point of any decimal: a step is not smaller than this."""
 
 
 def fits_in_64_bits(*numbers: Fraction | int) -> bool:

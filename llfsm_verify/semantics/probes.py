@@ -54,7 +54,7 @@ class Probes:
     def __init__(self, *, wide: bool) -> None:
         self.wide = wide
         self.muted = False
-        """What is lowered now is no evaluation of the arrangement's own."""
+        """What is lowered now is not an evaluation of the arrangement's own."""
         self.outputs: dict[Outcome, str] = {}
         """The output variable that tells an outcome."""
         self.expressions: dict[Probe, Expression] = {}

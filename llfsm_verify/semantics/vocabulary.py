@@ -75,7 +75,7 @@ class Control:
     reloads: bool = False
     """A command may load it, so that it matters whether it has finished."""
     scheduled: bool = True
-    """False: it is the model of the surroundings, whose ringlets are no steps."""
+    """False: it is the model of the surroundings, whose ringlets are not steps."""
 
     def var(self, what: str) -> str:
         return f"{self.machine.name}.${what}"

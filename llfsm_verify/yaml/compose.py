@@ -1,6 +1,6 @@
 """YAML as nodes: composed from the event stream, with size, depth, aliases and tags limited on the way.
 
-Every scalar is a string, typed later by its position, so ``ON``, ``no`` and ``1:30`` stay what they look like.
+Every scalar is a string, typed later by its position, so ``ON``, ``no`` and ``1:30`` are texts.
 """
 
 from __future__ import annotations

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import TypeVar
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
 from llfsm_verify.fileformat import judge_format
@@ -13,6 +14,7 @@ from llfsm_verify.language.syntax import ParsedActions, ParsedExpression
 from llfsm_verify.yaml.nodes import Mapping, Node, Scalar, Sequence, mark
 from llfsm_verify.yaml.vocabulary import PLAIN, Vocabulary
 
+T = TypeVar("T")
 VERSION = "format"
 """The key that says for which format of files a file was written."""
 _MERGE = "merge keys are not used here; write the keys out"
@@ -185,23 +187,17 @@ class Report:
     def guard(self, node: Node, key: str) -> ParsedExpression | None:
         from llfsm_verify.language.parser import parse_guard
 
-        fragment = self.text(node, key)
-        if fragment is None:
-            return None
-        try:
-            return parse_guard(fragment)
-        except DiagnosticError as e:
-            self.add(e)
-            return None
+        return self._parsed(node, key, parse_guard)
 
     def actions(self, node: Node, key: str) -> ParsedActions | None:
         from llfsm_verify.language.parser import parse_actions
 
+        return self._parsed(node, key, parse_actions)
+
+    def _parsed(self, node: Node, key: str, parse: Callable[[Fragment], T]) -> T | None:
         fragment = self.text(node, key)
-        if fragment is None:
-            return None
         try:
-            return parse_actions(fragment)
+            return None if fragment is None else parse(fragment)
         except DiagnosticError as e:
             self.add(e)
             return None

@@ -292,7 +292,7 @@ def _comma(source: Source, at: int) -> Diagnostic | None:
 
 
 def _colon(source: Source, begin: int, vocabulary: Vocabulary) -> Diagnostic | None:
-    """For a line at `begin` that is no entry of a mapping."""
+    """For a line at `begin` that is not an entry of a mapping."""
     line = source.text[begin:].split("\n", 1)[0].rstrip()
     span = Span(source, begin, begin + len(line))
     joined, first = re.match(r"([\w.-]+):(\S.*)", line), re.match(r"[A-Za-z_]\w*(?=\s|$)", line)

@@ -1,6 +1,6 @@
 """Arrangements and machines as YAML text, which reads back as the same words.
 
-In a text that is edited, entries and items are added in the style that is there, and all else stays as it is.
+In a text that is edited, entries and items are added in the style that is there, and the rest stays as it is.
 """
 
 from __future__ import annotations

@@ -151,7 +151,7 @@ class _Resolver:
         self.draft = draft
         self.integer_guards = integer_guards
         self.broken: set[str] = set()
-        """Names whose declaration is wrong: using them is no further error."""
+        """Names whose declaration is wrong: using them is not a further error."""
         self.texts: dict[int, MachineText | None] = {}
         """The machines that are resolved, by the identity of their drafts: instances share them."""
 

@@ -48,7 +48,7 @@ def _decided(e: typed.Binary) -> bool | None:
     read = False
     for part in _parts(e):
         read = read or isinstance(part, typed.Read | typed.ReadLocal)
-        # A constant's literal stands where its name is written.
+        # The place of a constant's literal is where its name is written.
         if isinstance(part, typed.Literal) and not part.span.text.lstrip("-+( ")[:1].isdigit():
             return None
     if not read or e.left.span == e.right.span:  # the same place: an integer guard, read as `!= 0`

@@ -84,7 +84,7 @@ class MachineText:
     initial: int
     suspend: int | None
     broken: frozenset[str]
-    """Names whose declaration is wrong: using them is no further error."""
+    """Names whose declaration is wrong: using them is not a further error."""
     words: frozenset[str]
     """All identifiers in the machine's texts."""
     span: Span
