@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Self, get_args
 
@@ -11,6 +11,7 @@ MOST = (1 << 63) - 1
 """The largest number that an option takes."""
 MOST_SECONDS = 1e9
 When = Literal["auto", "on", "off"]
+WHENS: tuple[str, ...] = get_args(When)
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,18 +38,6 @@ def _is_seconds(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < MOST_SECONDS
 
 
-def _is_flag(value: object) -> bool:
-    return isinstance(value, bool)
-
-
-def _is_path(value: object) -> bool:
-    return isinstance(value, Path) or (isinstance(value, str) and value != "")
-
-
-def _is_when(value: object) -> bool:
-    return isinstance(value, str) and value in get_args(When)
-
-
 def read_count(text: str) -> int:
     """A whole number from 1. ValueError."""
     digits = text.lstrip("0")
@@ -72,10 +61,10 @@ def read_seconds(text: str) -> float:
 
 COUNT = Kind("a whole number from 1", is_count, "N", read_count)
 SECONDS = Kind("a positive number of seconds", _is_seconds, "SECONDS", read_seconds)
-FILE = Kind("the name of a file", _is_path, "FILE", str)
-FLAG = Kind("True or False", _is_flag)
-SWITCH = Kind("True or False", _is_flag, choices={"on": True, "off": False})
-WHEN = Kind("one of " + ", ".join(get_args(When)), _is_when, choices={when: when for when in get_args(When)})
+FILE = Kind("the name of a file", lambda value: isinstance(value, Path | str) and value != "", "FILE", str)
+FLAG = Kind("True or False", lambda value: isinstance(value, bool))
+SWITCH = replace(FLAG, choices={"on": True, "off": False})
+WHEN = Kind(f"one of {', '.join(WHENS)}", WHENS.__contains__, choices={when: when for when in WHENS})
 
 
 @dataclass(frozen=True, slots=True)

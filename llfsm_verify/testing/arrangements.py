@@ -22,6 +22,15 @@ _SHAPES = (
     "bool", "range", "array", "Colour", "fixed", "record", "int", "bools", "records", "input record", "input array",
     "decimal", "wide",
 )  # fmt: skip
+_SCALARS: dict[str, tuple[int, int, Document]] = {
+    "bool": (0, 0, {"type": "bool"}),
+    "range": (0, 3, {"type": "0..3"}),
+    "fixed": (-128, 127, {"type": "int8", "init": "126"}),
+    "decimal": (-5, 15, {"type": {"decimal": "0.1", "range": "-0.5..1.5"}, "init": "0.3"}),
+    "int": (0, 0, {"type": "int"}),
+    "Colour": (0, 0, {"type": "Colour", "init": "GREEN"}),
+}
+"""By shape, which is also the kind of place: from where to where, and how it is declared."""
 FORESEEN = frozenset({"E093", "E128", "E131"})
 """What the loader sees coming where constants meet by chance (a store outside a range, an index outside an array, a
 time without a bound): such documents are drawn again."""
@@ -213,29 +222,15 @@ class _Composer:
         """A whiteboard variable; what texts can do with it is added to the places."""
         output: Document = {"role": "output"} if late else {}
         add = self.places.append
+        if shape in _SCALARS:
+            low, high, written = _SCALARS[shape]
+            add(Place(name, shape, low, high))
+            return {**written, **output} if shape != "int" else {**written}
         match shape:
-            case "bool":
-                add(Place(name, "bool"))
-                return {"type": "bool", **output}
-            case "range":
-                add(Place(name, "range", 0, 3))
-                return {"type": "0..3", **output}
-            case "fixed":
-                add(Place(name, "fixed", -128, 127))
-                return {"type": "int8", "init": "126", **output}
             case "wide":
                 kind, init = self.pen.pick((("int64", str((1 << 63) - 1)), ("uint64", str((1 << 64) - 2))))
                 add(Place(name, "wide"))
                 return {"type": kind, "init": init, **output}
-            case "decimal":
-                add(Place(name, "decimal", -5, 15))
-                return {"type": {"decimal": "0.1", "range": "-0.5..1.5"}, "init": "0.3", **output}
-            case "int":
-                add(Place(name, "int"))
-                return {"type": "int"}
-            case "Colour":
-                add(Place(name, "Colour"))
-                return {"type": "Colour", "init": "GREEN", **output}
             case "array":
                 add(Place(name, "range", -1, 2, 3))
                 self.wholes.append(Whole(name, "array", True))
