@@ -14,7 +14,7 @@ from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.limits import tick
 from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.program.moves import Move
-from llfsm_verify.program.program import FaultSite, Program
+from llfsm_verify.program.program import FaultSite
 from llfsm_verify.runtime.debugging import MOST_STEPS
 from llfsm_verify.runtime.debugging.guards import Evaluated, Guards
 from llfsm_verify.runtime.debugging.paths import DebugError, Free, Next, Path, Start, free_value
@@ -79,6 +79,8 @@ class Debugger:
     ) -> None:
         self.arrangement = arrangement
         self.execution = Execution(lower(arrangement, keep_all_bits=True))
+        self.program = self.execution.program
+        """The step program that is walked."""
         self.path = path(self.execution)
         self.most = most
         self.position = 0
@@ -93,11 +95,6 @@ class Debugger:
         self._pending: Next | None = None
         self._asked: dict[str, FormulaWatch] = {}
         self._stopped = False
-
-    @property
-    def program(self) -> Program:
-        """The step program that is walked."""
-        return self.execution.program
 
     @cached_property
     def _guards(self) -> Guards:

@@ -53,11 +53,8 @@ class Lifeline:
     def __init__(self) -> None:
         self._ends, self._held = os.pipe()
         self._process = os.pidfd_open(os.getpid())
-
-    @property
-    def descriptors(self) -> set[int]:
+        self.descriptors = {self._ends, self._process}
         """What a forked process needs of it."""
-        return {self._ends, self._process}
 
     def wait(self, others: tuple[int, ...] = (), milliseconds: int | None = None) -> set[int]:
         """In a forked process: wait until it has ended, or one of the others is readable, at most so long; which."""

@@ -122,7 +122,8 @@ class Loop:
         context = code.native.new_context(held)
         self._context = words(len(context))
         store(context, self._context)
-        self._control = words(control.CONTROL_WORDS)
+        self.control = words(control.CONTROL_WORDS)
+        """The control block (`runtime.live.control`)."""
         self.frame = words(frames.words)
         """The frame that is being made; whole between two calls of `go`."""
         self._previous = words(frames.words)
@@ -138,22 +139,22 @@ class Loop:
             control.MINE: -1,
         }  # fmt: skip
         for word, value in block.items():
-            self._control[word] = value
+            self.control[word] = value
         if seed is not None:
             choices, parts = code.program.choices, len(code.program.processes)
             table = law.table(choices, representatives(code.program, set(drawn)), parts)
             self._drawn = words(max(1, len(table)))
             store(table, self._drawn)
-            self._control[control.DRAWN] = ctypes.addressof(self._drawn)
-            self._control[control.RANDOM] = _nonzero_seed(seed)
-            self._control[control.VISITED] = ctypes.addressof(self._visited)
+            self.control[control.DRAWN] = ctypes.addressof(self._drawn)
+            self.control[control.RANDOM] = _nonzero_seed(seed)
+            self.control[control.VISITED] = ctypes.addressof(self._visited)
         letter = initial_atoms(code.program, code.layout, self.record)
         first = first_states(code.tables, code.atoms, letter)
         self._states = words(len(first))
         store(first, self._states)
         self.decided = words(len(code.monitors))
         """For each monitor the number of the frame that decided it, or 0."""
-        self._control[control.STATES] = ctypes.addressof(self._states)
+        self.control[control.STATES] = ctypes.addressof(self._states)
         self.frame[PROCESS] = -1
         at = code.context.defaults
         self.show(self._context[at : at + len(code.program.choices)])
@@ -170,21 +171,16 @@ class Loop:
     def _put(self, record: bytes) -> None:
         ctypes.memmove(self._record, record, len(record))
 
-    @property
-    def control(self) -> ctypes.Array[ctypes.c_int64]:
-        """The control block (`runtime.live.control`)."""
-        return self._control
-
     def prescribe(self, script: Sequence[Prescribed]) -> None:
         """What choices get before certain ringlets, ordered by step, in place of what was prescribed before."""
         flat = [number for line in script for number in line]
         self._script = (ctypes.c_int64 * max(1, len(flat)))(*flat)
-        self._control[control.SCRIPT] = ctypes.addressof(self._script)
-        self._control[control.SCRIPT_LEFT] = len(script)
+        self.control[control.SCRIPT] = ctypes.addressof(self._script)
+        self.control[control.SCRIPT_LEFT] = len(script)
 
     def begin(self, now: int) -> None:
         """Commit the first frame: how things stand before the first turn, which is due at `now` (monotonic, ns)."""
-        self._control[control.BASE] = now
+        self.control[control.BASE] = now
         self._visit()
         self.commit()
         self.decide()
@@ -207,15 +203,15 @@ class Loop:
 
     def limit(self, rounds: int) -> None:
         """Let `go` return after so many rounds of turns: so many cycles of logical time."""
-        self._control[control.ROUNDS] = rounds
+        self.control[control.ROUNDS] = rounds
 
     def go(self, turns: int = -1) -> int:
         """Turns of processes, so many or without an end, until there is a reason to return: it, of `live.control`.
 
         Raises BrokenProgramError.
         """
-        self._control[control.TURNS] = turns
-        reason = self.code.live(self._record, self._context, self._control)
+        self.control[control.TURNS] = turns
+        reason = self.code.live(self._record, self._context, self.control)
         if reason == control.FAILED and self.status == BROKEN:
             raise BrokenProgramError(self.code.program.name)
         return reason
@@ -227,7 +223,7 @@ class Loop:
     @property
     def never_visited(self) -> dict[str, tuple[str, ...]] | None:
         """By machine, the states in which it never was; None: it was not noted."""
-        if not self._control[control.VISITED]:
+        if not self.control[control.VISITED]:
             return None
         return unvisited(self._states_of, self._seen)
 
@@ -242,7 +238,7 @@ class Loop:
 
     def stop(self) -> None:
         """Let `go` return before its next turn; from any thread."""
-        self._control[control.STOP] = 1
+        self.control[control.STOP] = 1
 
     def end(self, ending: str, detail: int = 0) -> None:
         """Commit the last frame, which says why there are no more; with safe values, unless it `ended` by itself or
@@ -261,7 +257,7 @@ class Loop:
 
         `newest`: the last frame that was published, None where there was none. It may be that a later one is recorded.
         """
-        block, frames = self._control, self.code.frames
+        block, frames = self.control, self.code.frames
         log = block[control.LOG]
         recorded = block[control.RECORDED] if log else 0
         if log and block[control.RECORDED_BYTES] != ctypes.c_int64.from_address(log).value:
@@ -307,7 +303,7 @@ class Loop:
             ):
                 self._context[here + number] = before._context[there + source]
         for word in control.KEPT:
-            self._control[word] = before._control[word]
+            self.control[word] = before.control[word]
         store(before.histogram, self.histogram)
         store(before.decided, self.decided)
         self._put(record)
@@ -334,11 +330,11 @@ class Loop:
         self.frame[code.frames.fired : code.frames.fired + slots] = [0] * slots
         self.show(choices)
         self.prescribe(script)
-        return code.turn(self._record, self._context, self._control, process)
+        return code.turn(self._record, self._context, self.control, process)
 
     def commit(self) -> None:
         """Complete the frame, as after `perform`: publish and record it."""
-        self.code.commit(self._record, self._control)
+        self.code.commit(self._record, self.control)
 
     @property
     def steps(self) -> int:

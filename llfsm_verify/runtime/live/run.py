@@ -157,8 +157,8 @@ class Running(ABC):
     def _count_time(self) -> None:
         self._seconds = (time.monotonic_ns() - self._began[0]) / 1e9 if self._began[0] else 0.0
 
-    @abstractmethod
-    def __enter__(self) -> Self: ...
+    def __enter__(self) -> Self:
+        return self
 
     @abstractmethod
     def __exit__(self, *_: object) -> None:
@@ -329,9 +329,6 @@ class Run(Running):
             (lifeline, child), self._guardian = self._guardian, None
             child.end()
             lifeline.close()
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         """See `Running`."""

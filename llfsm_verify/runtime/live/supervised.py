@@ -17,7 +17,6 @@ import threading
 import time
 import traceback
 from contextlib import suppress
-from typing import Self
 
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.runtime.live import control, forks
@@ -89,11 +88,6 @@ class Supervised(Running):
         self._reports[hears] = forks.child(take_turns, {says, *ends, *self._lifeline.descriptors, *self._kept})
         os.close(says)
         self._ends.register(hears, select.EPOLLIN)
-
-    @property
-    def pids(self) -> list[int]:
-        """The processes of the run."""
-        return [child.pid for child in self._reports.values()]
 
     def fileno(self) -> int:
         """Readable when `wait` has something to do."""
@@ -217,9 +211,6 @@ class Supervised(Running):
         for ends in self._tokens:
             for end in ends:
                 os.close(end)
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         """Ends what still runs, with a last frame if there was one: something went wrong here."""

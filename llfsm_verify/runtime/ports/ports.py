@@ -47,6 +47,7 @@ class RunLink:
 
     def __init__(self, spec: PortSpec, posts: Posts, say: Callable[[str], None], clock: Callable[[], float]) -> None:
         self.spec = spec
+        self.name, self.fields = spec.name, frozenset(spec.inputs.values())
         self.counts = Counts()
         self.stop: str | None = None
         """Why the run shall end."""
@@ -57,16 +58,6 @@ class RunLink:
         self._heard = dict.fromkeys(spec.inputs, now)
         self._failed: set[str] = set()
         self._said: set[str] = set()
-
-    @property
-    def name(self) -> str:
-        """See `Link`."""
-        return self.spec.name
-
-    @property
-    def fields(self) -> frozenset[str]:
-        """See `Link`."""
-        return frozenset(self.spec.inputs.values())
 
     def follow(self, posts: Posts) -> None:
         """Post to another run from now on."""

@@ -237,6 +237,8 @@ class Recording:
         if not isinstance(self.words, int) or not HEADER_WORDS <= self.words <= MOST_WORDS:
             raise self._bad("the recording is damaged: its frames have no size", "record again")
         self.header: Mapping[str, Json] = MappingProxyType(header)
+        self.goes_on = bool(self.header.get("loaded"))
+        """Whether its first frame is the last one of an earlier recording, from before a machine was loaded."""
         self.has_checksums = first == MAGIC
         size = HEAD if self.has_checksums else WORD
         head = self._file.read(size)
@@ -263,11 +265,6 @@ class Recording:
 
     def _bad(self, message: str, hint: str) -> DiagnosticError:
         return DiagnosticError([Diagnostic(UNREADABLE, message, file=str(self.path), hint=hint)])
-
-    @property
-    def goes_on(self) -> bool:
-        """Whether its first frame is the last one of an earlier recording, from before a machine was loaded."""
-        return bool(self.header.get("loaded"))
 
     @property
     def notes(self) -> tuple[str, ...]:

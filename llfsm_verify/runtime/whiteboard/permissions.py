@@ -112,6 +112,8 @@ class Client:
     def __init__(self, connection: socket.socket, pid: int, uid: int, rank: int) -> None:
         self.connection = connection
         self.pid, self.uid, self.rank = pid, uid, rank
+        self.who = f"process {pid} of user {uid}"
+        """As messages name it."""
         self.most = PIECE if rank == READS else MOST_REQUEST
         """Bytes of a request."""
         self.received = bytearray()
@@ -128,11 +130,6 @@ class Client:
         self.handed: list[socket.socket] = []
         """Of these the ones that are closed then."""
         self.wakes: set[int] = set()
-
-    @property
-    def who(self) -> str:
-        """As messages name it."""
-        return f"process {self.pid} of user {self.uid}"
 
     @property
     def asks(self) -> bool:

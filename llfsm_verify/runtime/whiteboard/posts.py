@@ -48,6 +48,8 @@ class Writers:
         self._rows = words((1 + lent) * ROW_WORDS)
         self._scratch = words(frame_words)
         self._zero = words(1)
+        self.nothing = ctypes.addressof(self._zero)
+        """The address of a word that is 0."""
         self._segments: list[Segment] = []
         try:
             for _ in range(lent):
@@ -79,11 +81,6 @@ class Writers:
     def copy_of(self, segment: Segment) -> ctypes.Array[ctypes.c_int64]:
         """Where the loop copies a lent segment to."""
         return self._copies[self._segments.index(segment)]
-
-    @property
-    def nothing(self) -> int:
-        """The address of a word that is 0."""
-        return ctypes.addressof(self._zero)
 
     def close(self) -> None:
         """The loop must not run any more."""
@@ -118,16 +115,19 @@ class Posts:
         self._loop = loop
         self._choices = by_name(program)
         self._inputs = {name: (1 + 2 * i, choice) for i, (name, choice) in enumerate(inputs_of(program).items())}
+        self.inputs = tuple(self._inputs)
+        """What can be posted."""
         self._command = 1 + 2 * len(self._inputs)
-        self._words = self._command + COMMAND_WORDS
-        self._frame = words(self._words)
-        self._copy = words(self._words)
-        self._segment = words(segment_words(self._words))
+        self.words = self._command + COMMAND_WORDS
+        """Of a frame."""
+        self._frame = words(self.words)
+        self._copy = words(self.words)
+        self._segment = words(segment_words(self.words))
         self._lock = threading.RLock()
         self._issued: _Command | None = None
         self._waiting: deque[_Command] = deque()
         copy = ctypes.addressof(self._copy)
-        self._writers = Writers(loop, self._words, LENT if lends and self._inputs else 0)
+        self._writers = Writers(loop, self.words, LENT if lends and self._inputs else 0)
         self._writers.add(ctypes.addressof(self._segment), self._copy)
         self._lent: dict[str, Segment] = {}
         rows = []
@@ -143,11 +143,6 @@ class Posts:
             (control.COMMAND, copy + 8 * self._command),
         ):  # fmt: skip
             loop.control[place] = value
-
-    @property
-    def inputs(self) -> tuple[str, ...]:
-        """What can be posted."""
-        return tuple(self._inputs)
 
     def number(self, name: str, value: Json) -> int:
         """The number of a value of an input. Refused: there is no such input or value."""
@@ -203,11 +198,6 @@ class Posts:
     def place(self, name: str) -> int:
         """The word of an input in frames; the one after it is not 0 once it was posted."""
         return self._inputs[name][0]
-
-    @property
-    def words(self) -> int:
-        """Of a frame."""
-        return self._words
 
     def _feed(self, name: str, copy: int) -> None:
         """Let an input come from the copy of another frame; what the loop reads meanwhile is one or the other."""
@@ -292,7 +282,7 @@ class Posts:
 
     def _publish(self) -> None:
         self._frame[0] += 1
-        code().publish(self._segment, self._frame, self._words)
+        code().publish(self._segment, self._frame, self.words)
 
 
 def operated(choices: Mapping[str, tuple[int, Choice]], kind: str, target: str, value: Json) -> tuple[int, int, int]:

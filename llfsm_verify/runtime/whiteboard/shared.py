@@ -111,12 +111,9 @@ class Shared:
             self.posts = made.enter_context(closing(Posts(loop, lends=served)))
             self.wakes = Wakes(loop)
             made.pop_all()
-        loop.control[control.SEGMENT] = self.segment.address
-
-    @property
-    def descriptors(self) -> tuple[int, ...]:
+        self.descriptors = (self.wakes.fileno(),)
         """What a process needs that runs the loop."""
-        return (self.wakes.fileno(),)
+        loop.control[control.SEGMENT] = self.segment.address
 
     def close(self) -> None:
         """Readers keep what they have; the loop must not run."""

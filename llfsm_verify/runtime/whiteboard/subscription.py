@@ -185,21 +185,17 @@ class Subscription(_Reader[Update]):
     def __init__(self, feed: Feed, of: Mapping[str, Slot]) -> None:
         super().__init__(feed)
         self._slots = of
-        self._lost = 0
+        self.missed = 0
+        """Frames that were missed since the last update."""
         self._values: dict[str, Shown] | None = None
 
     def _take(self, frame: list[int], lost: int) -> None:
-        self._lost += lost
+        self.missed += lost
         values = {name: slot.value(frame) for name, slot in self._slots.items()}
         if values != self._values:
             self._values = values
-            self._pending.append(Update(frame[NUMBER], values, self._lost))
-            self._lost = 0
-
-    @property
-    def missed(self) -> int:
-        """Frames that were missed since the last update."""
-        return self._lost
+            self._pending.append(Update(frame[NUMBER], values, self.missed))
+            self.missed = 0
 
 
 class Frames(_Reader[list[int]]):

@@ -8,12 +8,18 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.plan import drawn_choices, starting_values
+from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.recording.file import Recorder, Recording, Turn
 from llfsm_verify.semantics.lowering import lower
 
 
 def code_of(arrangement: Arrangement) -> LiveCode:
     return LiveCode(lower(arrangement, keep_all_bits=True))
+
+
+def pids(run: Supervised) -> list[int]:
+    """The processes of a run."""
+    return [child.pid for child in run._reports.values()]
 
 
 def recorded(code: LiveCode, path: Path, turns: int, seed: int) -> tuple[Loop, list[Turn]]:

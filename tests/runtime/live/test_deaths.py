@@ -19,6 +19,7 @@ from llfsm_verify.runtime.live.plan import safe_values, starting_values
 from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.semantics.lowering import lower
+from tests.runtime.live.runs import pids
 from tests.runtime.live.test_supervised import SAFE, running, several, values
 
 pytestmark = pytest.mark.slow
@@ -51,7 +52,7 @@ def outlived(shared: Shared, die: Callable[[Supervised], object]) -> None:
     if not supervisor:
         try:
             run = Supervised(shared.loop, shared, together=True)
-            os.write(tells, run.pids[0].to_bytes(4, "little"))
+            os.write(tells, pids(run)[0].to_bytes(4, "little"))
             os.read(goes, 1)
             run.start()
             begun(shared)
@@ -119,7 +120,7 @@ def test_children_that_nobody_can_wait_for(ends: str, reaps: str) -> None:
             if ends == "stop":
                 run.stop()
             else:
-                (pid,) = run.pids
+                (pid,) = pids(run)
                 os.kill(pid, signal.SIGKILL)
                 if reaps == "somebody else":
                     os.waitpid(pid, 0)

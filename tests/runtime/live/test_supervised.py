@@ -32,7 +32,7 @@ from llfsm_verify.runtime.whiteboard.segment import Attached
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.semantics.lowering import lower
 from tests.quick import FRESH, many
-from tests.runtime.live.runs import turns_of
+from tests.runtime.live.runs import pids, turns_of
 
 STATE = {"name": "S", "internal": "n = n % 1000 + 1; motor = 1 + n % 3; row[1] = 7;", "transitions": []}
 DOCUMENT = {
@@ -92,7 +92,7 @@ def test_processes_with_a_token_do_what_one_thread_does(tmp_path: Path) -> None:
     for together in (False, True):
         path = tmp_path / str(together)
         with running(several(), path, together=together, rounds=50) as (run, shared):
-            assert len(run.pids) == (1 if together else 2)
+            assert len(pids(run)) == (1 if together else 2)
             run.start()
             assert run.wait()
             assert run.report.ending == "stopped" and run.report.cycles == 50
@@ -142,7 +142,7 @@ def kill_once(folder: Path, number: int, *, process: int, together: bool) -> Non
         while (newest := shared.segment.newest()) is None or newest[NUMBER] < 3 + 7 * number % 60:
             time.sleep(0)
         killed = time.monotonic_ns()
-        os.kill(run.pids[process], signal.SIGKILL)
+        os.kill(pids(run)[process], signal.SIGKILL)
         assert run.wait()
         report = run.report
         assert report.ending == "died" and report.detail == signal.SIGKILL
@@ -197,7 +197,7 @@ def test_nothing_is_compiled_or_mapped_when_the_loop_dies(
             time.sleep(0)
         with monkeypatch.context() as patched:
             nothing_is_made(patched)
-            os.kill(run.pids[0], signal.SIGKILL)
+            os.kill(pids(run)[0], signal.SIGKILL)
             assert run.wait()
         assert {**values(shared), **SAFE} == values(shared)
 
@@ -219,7 +219,7 @@ def test_nothing_is_compiled_or_mapped_when_the_supervisor_dies(
             try:
                 monkeypatch.setattr(forks, "fork", lambda: nothing_is_made(monkeypatch) or os.fork())
                 run = Supervised(loop, shared, recorder, together=True)
-                os.write(tells, run.pids[0].to_bytes(4, "little"))
+                os.write(tells, pids(run)[0].to_bytes(4, "little"))
                 os.read(goes, 1)  # until the test knows the loop by a descriptor
                 run.start()
                 while shared.segment.newest() is None:
@@ -260,9 +260,9 @@ def test_a_child_does_not_keep_the_loop_going() -> None:
 SUPERVISOR = """
 import sys, time
 from pathlib import Path
-from tests.runtime.live.test_supervised import running, several
+from tests.runtime.live.test_supervised import pids, running, several
 with running(several(), Path(sys.argv[1]), together=sys.argv[2] == "True") as (run, shared):
-    print(f"/proc/{__import__('os').getpid()}/fd/{shared.segment.descriptor}", *run.pids, flush=True)
+    print(f"/proc/{__import__('os').getpid()}/fd/{shared.segment.descriptor}", *pids(run), flush=True)
     run.start()
     run.wait()
 """

@@ -25,7 +25,7 @@ from llfsm_verify.runtime.recording.file import GOES_ON, HEAD, KILLED, PAGE, Rec
 from llfsm_verify.runtime.recording.replay import replay
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from tests.quick import FRESH
-from tests.runtime.live.runs import code_of, recorded, turns_of
+from tests.runtime.live.runs import code_of, pids, recorded, turns_of
 from tests.runtime.live.test_loop import LAMP
 from tests.runtime.recording.forging import begin_of, entries_of, sealed
 
@@ -230,7 +230,7 @@ def test_a_loop_that_is_killed_before_its_first_frame(code: LiveCode, tmp_path: 
     with closing(Shared("early", loop)) as shared:
         recorder = Recorder(tmp_path / "r", {}, loop)
         with Supervised(loop, shared, recorder, together=True) as run:
-            os.kill(run.pids[0], signal.SIGKILL)
+            os.kill(pids(run)[0], signal.SIGKILL)
             assert run.wait() and run.report.ending == "died" and run.report.cycles == 0
     found, why = outcome(tmp_path / "r")
     assert [ENDINGS[turn.frame[ENDING]] for turn in found] == ["died"] and why is None
