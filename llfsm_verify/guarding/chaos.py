@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from llfsm_verify.arrangement.draft import Draft, InstanceDraft, Unreadable
-from llfsm_verify.arrangement.formats import USUAL, WRITERS
+from llfsm_verify.arrangement.formats import machine_in
 from llfsm_verify.arrangement.formats.reading import Reading
 from llfsm_verify.arrangement.formats.writing import NewMachine, NewState
 from llfsm_verify.arrangement.model import ACTION_KINDS, Arrangement, Machine
@@ -65,7 +65,7 @@ def with_model(draft: Draft, name: str, model: NewMachine) -> Draft:
 
 
 def _model(reading: Reading, instance: InstanceDraft, model: NewMachine) -> InstanceDraft:
-    machine = reading.machine_text(f"<any {instance.name.text}>", WRITERS.load(USUAL).machine(model))
+    machine = reading.machine_text(f"<any {instance.name.text}>", machine_in(model))
     is_model = implied("true", instance.name.span)
     return InstanceDraft(instance.name, machine, (), instance.suspended, is_model, instance.on_fault)
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from llfsm_verify.arrangement.draft import Draft, Unreadable
 from llfsm_verify.arrangement.formats import ending_of, writer_of
-from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, Uneditable, Value, Writer
+from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, Uneditable, Value
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
 from llfsm_verify.guarding.codes import UNFIT
@@ -34,8 +34,8 @@ class Layout:
         self._arrangement = arrangement
         self._draft = draft
         main = draft.sources[0]
-        self._writer, self._ending = _writer(main), ending_of(main.name)
-        self._document = _editor(self._writer, main)
+        (edit, self._machine), self._ending = _writer(main), ending_of(main.name)
+        self._document = _editor(edit, main)
         self._edits = {main.name: self._document.edits}
         self._editors: dict[str, Editor] = {}
         """Of other files than the arrangement's."""
@@ -104,7 +104,7 @@ class Layout:
         if file is None:
             return self._document, POLICY_FILE[:1]
         source = self._sources[str(self._folder / file)]
-        document = _editor(_writer(source), source)
+        document = _editor(_writer(source)[0], source)
         self._edits[source.name], self._editors[source.name] = document.edits, document
         return document, ()
 
@@ -135,7 +135,7 @@ class Layout:
         if isinstance(machine, Source):
             placed = self._place(Path(machine.name).name, machine)
         else:
-            placed = self._place(f"{name}.machine{self._ending}", self._writer.machine(machine))
+            placed = self._place(f"{name}.machine{self._ending}", self._machine(machine))
         self._document.put(("machines", name), {"file": placed, **({"parameters": arguments} if arguments else {})})
 
     def _place(self, file: str, text: str | Source) -> str:
@@ -180,20 +180,25 @@ class Layout:
         return text.text if found is None else found.result()
 
 
-def _writer(source: Source) -> Writer:
-    """The writer for the format of a text. DiagnosticError (E438): the format can only be read."""
+def _writer(source: Source) -> tuple[Callable[[Source], Editor], Callable[[NewMachine], str]]:
+    """What edits a text in the format of this one, and what writes machines in it. DiagnosticError (E438): nothing."""
     try:
-        return writer_of(source.name)
+        writer = writer_of(source.name)
     except Unregistered as error:
-        message = f"`{source.name}` cannot be written: {error}"
-        raise DiagnosticError(
-            Diagnostic(UNFIT, message, Span(source, 0, 1), hint="guard it in another format")
-        ) from None
+        raise _unwritable(source, str(error)) from None
+    if writer.machine is None or writer.edit is None:
+        raise _unwritable(source, "its format has no writer of machines, or none that edits texts")
+    return writer.edit, writer.machine
 
 
-def _editor(writer: Writer, source: Source) -> Editor:
+def _unwritable(source: Source, why: str) -> DiagnosticError:
+    message = f"`{source.name}` cannot be written: {why}"
+    return DiagnosticError(Diagnostic(UNFIT, message, Span(source, 0, 1), hint="guard it in another format"))
+
+
+def _editor(edit: Callable[[Source], Editor], source: Source) -> Editor:
     """DiagnosticError (E438): the text has something that cannot be changed."""
     try:
-        return writer.edit(source)
+        return edit(source)
     except Uneditable as error:
         raise DiagnosticError(Diagnostic(UNFIT, error.message, error.span, hint=error.hint)) from None

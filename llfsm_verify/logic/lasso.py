@@ -7,7 +7,6 @@ from fractions import Fraction
 from math import inf
 
 from llfsm_verify.logic.bounds import past_depth, step_bound, time_bound
-from llfsm_verify.logic.expressions import DerivationBudget, derivative, has_word, letters, nullable
 from llfsm_verify.logic.formula import EXPRESSIONS, FALSE, PAST, Formula, Op, postorder
 from llfsm_verify.logic.word import CONNECTIVES, Lasso, Letter, Times, holds_in
 
@@ -153,6 +152,14 @@ def _matches(node: Formula, truth: Mapping[Formula, Row], word: Lasso) -> Row:
     ExpressionTooLarge: it takes too many continuations of the expression, or too long ones.
     """
     expression = node.args[0]
+    from llfsm_verify.logic.expressions import (  # few formulas have one
+        DerivationBudget,
+        derivative,
+        has_word,
+        letters,
+        nullable,
+    )
+
     alphabet = letters(expression)
     shown = [frozenset(f for f in alphabet if truth[f][at]) for at in range(len(word.letters))]
     known: dict[Formula, bool] = {}

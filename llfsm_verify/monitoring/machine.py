@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from textwrap import wrap
 
-from llfsm_verify.arrangement.formats import USUAL, WRITERS
+from llfsm_verify.arrangement.formats import machine_in
 from llfsm_verify.arrangement.formats.writing import NewMachine, NewState, Value
 from llfsm_verify.arrangement.model import Arrangement, Machine, Process
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
@@ -51,7 +51,7 @@ class MonitorMachine:
     @property
     def text(self) -> str:
         """Of its file in the usual format."""
-        return WRITERS.load(USUAL).machine(self.machine)
+        return machine_in(self.machine)
 
 
 def monitor_machine(

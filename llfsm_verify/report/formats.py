@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from llfsm_verify.checking.verdict import Result
     from llfsm_verify.diagnostics import Diagnostic
     from llfsm_verify.report.monitor import Monitors
-    from llfsm_verify.report.simulation import Simulated
+    from llfsm_verify.runtime.stepping.random_run import Simulated
     from llfsm_verify.verification.query import QueryResult
 
 

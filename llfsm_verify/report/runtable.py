@@ -13,10 +13,11 @@ from llfsm_verify.program.program import Choice, FaultSite, Int, Program
 from llfsm_verify.report.columns import Column
 from llfsm_verify.report.cycles import Cycles, Times
 from llfsm_verify.report.formats import Style
-from llfsm_verify.report.simulation import Simulated
+from llfsm_verify.report.simulation import said
 from llfsm_verify.report.steptable import COLUMNS, StepLines
 from llfsm_verify.report.tracetable import LastShown, Row, step_row
 from llfsm_verify.report.wording import event_text
+from llfsm_verify.runtime.stepping.random_run import Simulated
 from llfsm_verify.runtime.stepping.visited import never_visited
 from llfsm_verify.values import value_text
 
@@ -84,7 +85,7 @@ def report(made: Simulated, style: Style) -> Iterator[Text]:
             if event.site not in told:
                 told.add(event.site)
                 yield Text(f"I{event_text(number, step, event)[1:]}.")
-    yield from map(Text, made.said(states=False))
+    yield from map(Text, said(made, states=False))
     if not made.run.reached:
         never = never_visited(made.run.visits.never)
         yield from map(Text, wrap(never, style.width, subsequent_indent="  "))

@@ -3,63 +3,36 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 
-from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.trace import Trace, TraceStep
+from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.fileformat import FORMAT
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.program.program import Program
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.json import trace_object
-from llfsm_verify.runtime.stepping.random_run import RandomRun
+from llfsm_verify.runtime.stepping.random_run import RandomRun, Simulated
 from llfsm_verify.runtime.stepping.visited import never_visited
 
 OVERFLOW = "A value left 64 bits: the executor cannot go on."
 
 
-@dataclass(slots=True)
-class Simulated:
-    """A run that is made while it is reported, and how far it goes."""
+def said(made: Simulated, *, states: bool = True) -> list[str]:
+    """How a run ended, and (with `states`) which ones were never visited, unless it ended where it was to."""
+    from llfsm_verify.report.text import fault_place  # rich
 
-    arrangement: Arrangement
-    program: Program
-    run: RandomRun
-    seed: int
-    begin: bool
-    """Whether it goes on with a saved trace, or begins."""
-    held: Mapping[str, str]
-    """Inputs that are held at the texts of values."""
-    sought: str | None
-    steps: int | None
-    cycles: int | None
-    taken: int = 0
-    """Steps so far."""
+    run = made.run
+    found = sentences(run, made.taken, made.sought)
+    found += [] if run.fault is None else [fault_place(run.fault)]
+    return [*found, never_visited(run.visits.never)] if states and not run.reached else found
 
-    def turns(self) -> Iterator[TraceStep]:
-        """Its steps, each when it is taken."""
-        for step in self.run.steps(self.steps, self.cycles):
-            self.taken += 1
-            yield step
 
-    def said(self, *, states: bool = True) -> list[str]:
-        """How it ended, and (with `states`) which ones were never visited, unless it ended where it was to."""
-        from llfsm_verify.report.text import fault_place  # rich
-
-        said = sentences(self.run, self.taken, self.sought)
-        said += [] if self.run.fault is None else [fault_place(self.run.fault)]
-        return [*said, never_visited(self.run.visits.never)] if states and not self.run.reached else said
-
-    @property
-    def exit_code(self) -> int:
-        """0; 1 for a fault; 4 for what was not reached, and for a value that left 64 bits."""
-        end = ending(self.run)
-        if end in ("fault", "overflow"):
-            return 1 if end == "fault" else 4
-        return 4 if self.sought is not None and end != "reached" else 0
+def exit_code(made: Simulated) -> int:
+    """0; 1 for a fault; 4 for what was not reached, and for a value that left 64 bits."""
+    end = ending(made.run)
+    if end in ("fault", "overflow"):
+        return 1 if end == "fault" else 4
+    return 4 if made.sought is not None and end != "reached" else 0
 
 
 def ending(run: RandomRun) -> str:
@@ -109,6 +82,6 @@ def report_json(made: Simulated, _: Style) -> str:
         "before": len(run.before),
         "trace": trace_object(trace, run.before),
         "never_visited": {machine: list(states) for machine, states in run.visits.never.items()},
-        "exit_code": made.exit_code,
+        "exit_code": exit_code(made),
     }
     return json.dumps(value, indent=2, ensure_ascii=False)

@@ -14,7 +14,7 @@ from llfsm_verify.registry import Entry, Registry
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.draft import Draft
-    from llfsm_verify.arrangement.formats.writing import Writer
+    from llfsm_verify.arrangement.formats.writing import NewMachine, Writer
     from llfsm_verify.diagnostics import Span
 
 
@@ -64,6 +64,13 @@ def read_arrangement(given: Given, format_name: str | None = None) -> Draft:
 def writer_of(path: str) -> Writer:
     """The writer for a file at `path`. Unregistered: the format that its ending stands for can only be read."""
     return WRITERS.load(ARRANGEMENTS.named_by(path) or USUAL)
+
+
+def machine_in(machine: NewMachine, format_name: str = USUAL) -> str:
+    """The text of a file with one machine in the format of that name, whose writer writes machines."""
+    write = WRITERS.load(format_name).machine
+    assert write is not None, format_name
+    return write(machine)
 
 
 def ending_of(path: str) -> str:

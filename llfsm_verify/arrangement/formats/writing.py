@@ -121,7 +121,7 @@ class Writer:
 
     arrangement: Callable[[Mapping[str, object]], str]
     """The text of a document of Python values, as `build_arrangement` takes it."""
-    machine: Callable[[NewMachine], str]
-    """The text of a machine in a file of its own."""
-    edit: Callable[[Source], Editor]
+    machine: Callable[[NewMachine], str] | None = None
+    """The text of a machine in a file of its own; only guards need it, and `edit`."""
+    edit: Callable[[Source], Editor] | None = None
     """Edits of a text that was read without errors. Uneditable: it has something that cannot be changed."""

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.replay.confirm import Letter, Misfit, Schedule, atoms_of, first_letter
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import TraceStep
@@ -182,6 +183,31 @@ class RandomRun:
         texts = {c.name: self._inputs.get(c.source) if c.kind != "age" else None for c in choices}
         drawn = self._draws.next([c for c in choices if texts[c.name] is None], source)
         return {c.name: drawn[c.name] if (text := texts[c.name]) is None else choice_value(c, text) for c in choices}
+
+
+@dataclass(slots=True)
+class Simulated:
+    """A run that is made while it is reported, and how far it goes."""
+
+    arrangement: Arrangement
+    program: Program
+    run: RandomRun
+    seed: int
+    begin: bool
+    """Whether it goes on with a saved trace, or begins."""
+    held: Mapping[str, str]
+    """Inputs that are held at the texts of values."""
+    sought: str | None
+    steps: int | None
+    cycles: int | None
+    taken: int = 0
+    """Steps so far."""
+
+    def turns(self) -> Iterator[TraceStep]:
+        """Its steps, each when it is taken."""
+        for step in self.run.steps(self.steps, self.cycles):
+            self.taken += 1
+            yield step
 
 
 def input_problem(program: Program, inputs: Mapping[str, str], *, later: bool = False) -> str | None:

@@ -20,6 +20,7 @@ from typing import Any, cast
 
 from llfsm_verify.arrangement.draft import Draft
 from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS, Given
+from llfsm_verify.arrangement.formats.writing import Writer
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.resolve.arrangement import resolve
@@ -113,7 +114,7 @@ def writer_cases(writer: Entry | str, reader: Entry | str) -> list[Case]:
 
     def look(document: Mapping[str, object]) -> None:
         before = repr(document)
-        text = cast("Callable[[Mapping[str, object]], str]", write.load())(document)
+        text = cast("Writer", write.load()).arrangement(document)
         demand(isinstance(text, str), "it gives no text")
         demand(repr(document) == before, "it changes what it is given")
         again = resolve(cast("Callable[[Given], Draft]", read.load())(Given("a", text)))

@@ -75,7 +75,7 @@ def _results() -> dict[str, Callable[[], tuple[object, ...]]]:
         "holds": (lamp, "a: G !(m@ON && m@OFF)"), "violated": (lamp, "a: G !lit"), "faults": (counter, "a: F a@STOP"),
         "nothing": (lamp, ""),
     }  # fmt: skip
-    found = {name: (verify(of, _properties(text), Options(), "explicit"), of) for name, (of, text) in asked.items()}
+    found = {name: (verify(of, _properties(text), Options()), of) for name, (of, text) in asked.items()}
     return {name: partial(_with_style, *pair) for name, pair in found.items()}
 
 
@@ -92,7 +92,7 @@ def _queries() -> dict[str, Callable[[], tuple[object, ...]]]:
 
     lamp, _ = _arrangements().values()
     asked = {"reached": "lit", "never": "lit && m@OFF"}
-    found = {name: ask(lamp, parse_query(text, "asked"), Options(), "explicit") for name, text in asked.items()}
+    found = {name: ask(lamp, parse_query(text, "asked"), Options()) for name, text in asked.items()}
     return {name: partial(_with_style, answer, lamp) for name, answer in found.items()}
 
 
@@ -104,8 +104,7 @@ def _accesses() -> dict[str, Callable[[], tuple[object, ...]]]:
 
 
 def _simulations() -> dict[str, Callable[[], tuple[object, ...]]]:
-    from llfsm_verify.report.simulation import Simulated
-    from llfsm_verify.runtime.stepping.random_run import RandomRun, Script
+    from llfsm_verify.runtime.stepping.random_run import RandomRun, Script, Simulated
 
     def made(of: Arrangement, seed: int) -> tuple[object, ...]:
         program = lower(of, keep_all_bits=True)

@@ -21,10 +21,10 @@ from llfsm_verify.cli.parser import UsageError, wrong_usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.registry import Choices
 from llfsm_verify.report.formats import REPORTS, Style
-from llfsm_verify.report.simulation import Simulated, summary
+from llfsm_verify.report.simulation import exit_code, said, summary
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.runtime.stepping.drawing import Drawing, DrawingError, drawing_of, free_inputs
-from llfsm_verify.runtime.stepping.random_run import RandomRun, Script, input_problem
+from llfsm_verify.runtime.stepping.random_run import RandomRun, Script, Simulated, input_problem
 from llfsm_verify.semantics.lowering import lower
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ MISFIT = "E411"
 
 
 def run(options: Namespace) -> int:
-    """Returns the exit code (see `Simulated`); raises DiagnosticError for wrong files."""
+    """Returns the exit code (see `report.simulation`); raises DiagnosticError for wrong files."""
     wanted = options.format or TIMELINES.named_by(options.output or "") or TABLE
     _refuse_misuse(options, wanted)
     arrangement = open_arrangement(options.arrangement)
@@ -53,10 +53,10 @@ def run(options: Namespace) -> int:
         written = REPORTS.simulation.load(wanted)(made, Style(width=output.width))
         if not isinstance(written, str):
             output.stream(written)
-            return 0 if output.closed else made.exit_code
+            return 0 if output.closed else exit_code(made)
         write_whole(f"{written}\n", options.output or "-", "E487", "the run")
-    tell(*made.said(states=wanted in TIMELINES))
-    return made.exit_code
+    tell(*said(made, states=wanted in TIMELINES))
+    return exit_code(made)
 
 
 def _made(options: Namespace, arrangement: Arrangement, held: dict[str, str]) -> tuple[Simulated, Schedule | None]:
@@ -137,8 +137,8 @@ def _summed(made: Simulated, output: Output) -> int:
     cycles = sum(step.cycle for step in made.turns())
     period = made.program.period if len(made.program.processes) == 1 else None
     output.plain(f"{summary(made.taken, cycles, period)}\n")
-    output.plain("".join(f"{sentence}\n" for sentence in made.said()))
-    return made.exit_code
+    output.plain("".join(f"{sentence}\n" for sentence in said(made)))
+    return exit_code(made)
 
 
 def _timeline(made: Simulated, begin: Schedule | None, wanted: str, name: str | None) -> None:
