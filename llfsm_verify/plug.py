@@ -1,12 +1,9 @@
 """What an extension, or another package, may know of us besides the front door: the protocols of what can be added.
 
 An engine, a kind of port, a reader and a writer of arrangements, a report, a reader of logs, a format of timelines, a
-drawing and a front end of the debugger each have a registry, an entry and a protocol here; docs/plugs.md has an example
-of each. As in the front door, each name is imported when it is first asked for. Lint rules have no registry, and
-targets do not exist yet.
-An engine, a kind of port, a reader of logs, a format of timelines, a report, a command and a front end of the debugger
-each have a registry, an entry and a protocol here. As in the front door, each name is imported when it is first
-asked for. There is no target yet.
+drawing, a command and a front end of the debugger each have a registry, an entry and a protocol here (docs/plugs.md).
+As in the front door, each name is imported when it is first asked for. Lint rules have no registry, and targets do not
+exist yet.
 """
 
 from __future__ import annotations
