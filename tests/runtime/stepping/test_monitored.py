@@ -208,12 +208,12 @@ def test_monitors_that_no_letter_changes_the_way_of(text):
 def test_the_monitors_are_compiled_once_for_short_runs_and_once_for_long_ones(monkeypatch):
     made = []
 
-    class Noted(watching._Watch):
+    class Noted(watching._WatchCode):
         def __init__(self, text, quick):
             made.append(quick)
             super().__init__(text, quick)
 
-    monkeypatch.setattr(watching, "_Watch", Noted)
+    monkeypatch.setattr(watching, "_WatchCode", Noted)
     simulation, *_ = watched(load_arrangement(LIGHTS.format("arrangement")), TEXT, None)
     for ringlets in (1, 2, watching.LONG_RUN, watching.LONG_RUN, 3):
         simulation.run(ringlets)
