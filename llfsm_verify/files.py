@@ -75,7 +75,9 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
         try:
             name.replace(path)
         except OSError as error:
-            raise type(error)(error.errno, error.strerror, str(path)) from None  # nobody has heard of the other name
+            raise type(error)(
+                error.errno, error.strerror, str(path)
+            ) from None  # the user does not know the temporary name
 
 
 def _create(path: Path) -> tuple[BinaryIO, Path]:

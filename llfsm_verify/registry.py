@@ -137,7 +137,7 @@ class Registry(Mapping[str, Entry], Generic[T]):
         return {suffix: entry.name for entry in self._entries.values() for suffix in entry.suffixes}
 
     def named_by(self, path: str) -> str | None:
-        """The name that the ending of a file's name stands for; None: it stands for no name."""
+        """The name whose ending the file has; None: no name has this ending."""
         name = Path(path).name.lower()
         found = self._ending(name)
         if found is None and Path(name).suffix:

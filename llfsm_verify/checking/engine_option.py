@@ -101,7 +101,7 @@ class EngineOption(EngineFeature):
     alone: str = ""
     """What it is about, where that option is missing: the rest of a sentence, with {} for that option."""
     sole: bool = False
-    """The engine that takes it is then the only one that `auto` asks: no limit of ours is to end its search."""
+    """With this option `auto` asks only the engine that takes it, and sets no limits of its own."""
 
 
 @dataclass(frozen=True, slots=True)

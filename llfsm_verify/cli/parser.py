@@ -18,8 +18,8 @@ EXIT_CODES = (
 )
 
 EXAMPLE = "example: "
-INPUTS = ("arrangement", "properties", "inputs", "ports", "mapping", "monitor", "traces")
-"""Of options and arguments that are files which are read, or lists of such: `-` is standard input."""
+INPUTS = ("arrangement", "properties", "monitor")
+"""Options and arguments that name files to read; `-` is standard input there."""
 
 
 GROUPS = ("check", "run", "build", "exchange", "look")
@@ -152,7 +152,7 @@ class Parser(ArgumentParser):
         self.exit(2, f"error: {without_controls(message.removeprefix('argument '))}{advice}\n")
 
     def _check_value(self, action: Action, value: Any) -> None:
-        """One of other packages is looked for where none of ours has the name."""
+        """Where none of our names fits, other packages are searched."""
         choices = action.choices
         if choices is None or value in choices:
             return

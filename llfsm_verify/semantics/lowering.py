@@ -49,8 +49,8 @@ def lower(
     """The step program of `arrangement`, whose letters show `atoms` (in this order, names unique).
 
     `keep_all_bits` leaves out the canonical blocks, so entered flags and clocks that no longer matter stay visible.
-    With `probes` the steps also set outputs, which their owner declares (`semantics.probes.probed`). With `parts` they
-    also tell the values of the parts of guards, by events.
+    With `probes` the steps also set outputs, which their owner declares (`transforms.probing.probed`). With `parts`
+    they also tell the values of the parts of guards, by events.
     That of a kept arrangement is kept as well, unless it has probes or parts.
     Raises DiagnosticError where the arrangement asks for something that has no meaning (E19x).
     """

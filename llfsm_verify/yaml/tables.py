@@ -68,10 +68,10 @@ class ByName:
 
     value: Value
     names: str | tuple[str, ...] | None = None
-    """The pattern of the keys, or all that there are."""
+    """The pattern of the keys, or all keys that are allowed."""
     least: int = 1
     empty: bool = False
-    """Whether nothing may stand there."""
+    """Whether it may be left empty (null)."""
 
     def schema(self) -> Schema:
         """See `Value`."""
@@ -95,7 +95,7 @@ class Several:
     """Whether no value may be there twice."""
     most: int | None = None
     empty: bool = False
-    """Whether nothing may stand there."""
+    """Whether it may be left empty (null)."""
 
     def schema(self) -> Schema:
         """See `Value`."""
@@ -137,7 +137,7 @@ class Field:
     value: Value = Single()
     required: bool = False
     called: str = ""
-    """What others call it: words."""
+    """Other names that people try, separated by spaces."""
 
     def schema(self) -> Schema:
         """Of its value."""

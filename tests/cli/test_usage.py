@@ -16,7 +16,6 @@ CASES = {
     ("monitor", "-", "-"): "standard input can be read only once",
     ("kripke", "-", "-"): "standard input can be read only once",
     ("run", "-", "--monitor", "-"): "standard input can be read only once",
-    ("simulate", "-", "--inputs", "-"): "standard input can be read only once",
     ("check-recording", "run.rec", "-", "-"): "standard input can be read only once",
     ("whiteboard", "watch", "w", "--monitor", "-", "--arrangement", "-"): "standard input can be read only once",
     ("lint", LIGHTS, "--local", "--max-states", "9"): (

@@ -43,7 +43,7 @@ class ProvedPasses:
     """Looks at properties that were proved under the assumptions of `problem`.
 
     Antecedents that are never true are found, and with ``--vacuity`` subformulas that do not matter: by the method of
-    `vacuity.subformulas`. Atoms that never hold are not looked for, nor is anything empty in regular properties and
+    `vacuity.check`. Atoms that never hold are not looked for, nor is anything empty in regular properties and
     automata of files.
     """
 

@@ -1,7 +1,7 @@
 """What a format brings beside its reader, so that arrangements are written and guarded in it, and the values it takes.
 
-Who writes knows no format. Values have the shape of documents: `build_arrangement` takes them, and keys that lead
-inwards from the root name their places.
+Code that writes arrangements does not know their format. Values have the shape of documents: `build_arrangement` takes
+them, and keys that lead inwards from the root name their places.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ class Editor(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Writer:
-    """What a format is written with."""
+    """The functions that write a format."""
 
     arrangement: Callable[[Mapping[str, object]], str]
     """The text of a document of Python values, as `build_arrangement` takes it."""

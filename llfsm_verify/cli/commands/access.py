@@ -15,7 +15,7 @@ from llfsm_verify.report.formats import REPORTS
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm access`."""
+    """Add the arguments of `llfsm access`."""
     parser.about(
         "List what each machine writes and commands, what else it may do, and what users may do: "
         "by the keys `access` and `operators`.",

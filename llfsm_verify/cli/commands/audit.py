@@ -11,7 +11,7 @@ from llfsm_verify.runtime.whiteboard.audit import CHANGED, verify
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm audit`."""
+    """Add the arguments of `llfsm audit`."""
     parser.about(
         "Tell whether each line of an audit log of `llfsm run --audit` is as it was written.",
         "llfsm audit verify run.audit",

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm check-recording`."""
+    """Add the arguments of `llfsm check-recording`."""
     parser.about(
         "Decide properties on a recording of `llfsm run`, or on a log that others wrote: violated or satisfied by what "
         "happened, whatever comes after, or undecided at its end.",

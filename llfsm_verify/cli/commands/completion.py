@@ -11,7 +11,7 @@ SHELLS = ("bash", "zsh", "fish")
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm completion`."""
+    """Add the arguments of `llfsm completion`."""
     parser.about(
         "Print what makes a shell complete commands, options and files of `llfsm` and `llfsm-verify`.",
         "llfsm completion bash >> ~/.bashrc\nllfsm completion fish > ~/.config/fish/completions/llfsm.fish",

@@ -22,7 +22,7 @@ MISFIT = 3
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm draw`."""
+    """Add the arguments of `llfsm draw`."""
     parser.about(
         "Draw the arrangement (machines, whiteboard, schedule), one of its machines, or a saved trace on its machines.",
         "llfsm draw arrangement.yaml --machine north -o north.svg",

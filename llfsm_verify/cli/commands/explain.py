@@ -10,7 +10,7 @@ from llfsm_verify.registry import meant
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm explain`."""
+    """Add the arguments of `llfsm explain`."""
     parser.about(
         "Say what a diagnostic means, with an example and how to correct it.",
         "llfsm explain E110",

@@ -27,7 +27,7 @@ NAMES = {"gitignore": ".gitignore"}
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm init`."""
+    """Add the arguments of `llfsm init`."""
     parser.about(
         "Write a small arrangement with its properties and tests, all of which pass; overwrites nothing.",
         "llfsm init crossing",

@@ -12,7 +12,7 @@ from llfsm_verify.report.formats import REPORTS, Style
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm lint`."""
+    """Add the arguments of `llfsm lint`."""
     parser.about(
         "Find what is wrong with an arrangement whatever its properties: transitions that never fire, conditions that "
         "are always true, values that leave their range, writes never read, machines that starve. Each finding is "

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm query`."""
+    """Add the arguments of `llfsm query`."""
     parser.about(
         "Find a shortest run that reaches a configuration or step, or prove that no run does.",
         "llfsm query arrangement.yaml 'north@GREEN && count > 3' --save run.trace.yaml",

@@ -16,7 +16,7 @@ MISFIT = 3
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm replay`."""
+    """Add the arguments of `llfsm replay`."""
     parser.about(
         "Run saved traces again and say whether what they show still happens; perform recordings of `llfsm run` again "
         "and compare each frame, bit for bit.",

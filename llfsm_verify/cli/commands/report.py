@@ -16,7 +16,7 @@ UNWRITABLE = "E490"
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm report`."""
+    """Add the arguments of `llfsm report`."""
     parser.about(
         "Check an arrangement as `llfsm verify --strict` does, and write a page about it for a safety case (Markdown).",
         "llfsm report --assurance arrangement.yaml properties.ltl --certificate proof.cert -o assurance.md",

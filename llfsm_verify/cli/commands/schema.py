@@ -11,7 +11,7 @@ from llfsm_verify.report.schema import SCHEMAS
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm schema`."""
+    """Add the arguments of `llfsm schema`."""
     parser.about(
         "Print the JSON Schema (draft 2020-12) of a file format.",
         "llfsm schema arrangement",

@@ -16,7 +16,7 @@ KINDS = ("suspend", "resume", "restart", "load", "load_suspended", "unload", "wr
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm send`."""
+    """Add the arguments of `llfsm send`."""
     parser.about(
         "Give a command that `operators:` declares to an arrangement that runs on this machine; it is taken at the "
         "beginning of a cycle.",

@@ -152,21 +152,21 @@ def write_whole(content: str | bytes | Callable[[BinaryIO], None], output: str |
     if isinstance(content, str) and output in (None, "-"):
         Output().plain(content)
         return
+    if output is None or output == "-":
+        assert callable(content), "bytes go to files"
+        buffer = io.BytesIO()
+        content(buffer)
+        Output().plain(buffer.getvalue().decode("utf-8"))
+        return
     try:
-        if output is None or output == "-":
-            assert callable(content), "bytes go to files"
-            buffer = io.BytesIO()
-            content(buffer)
-            Output().plain(buffer.getvalue().decode("utf-8"))
-            return
         path = Path(output)
         with path.open("wb") if is_special(path) else replacing(path.resolve()) as file:  # a link stays one
             if callable(content):
                 content(file)
             else:
                 file.write(content.encode() if isinstance(content, str) else content)
-    except (OSError, ValueError) as e:
-        reason = (e.strerror if isinstance(e, OSError) else None) or "input/output error"
+    except OSError as e:
+        reason = e.strerror or "input/output error"
         message = f"{what} cannot be written there: {reason}"
         raise DiagnosticError(Diagnostic(code, message, file=output)) from None
 

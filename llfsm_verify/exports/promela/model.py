@@ -98,7 +98,7 @@ class _Model:
             n: n for n, i in self._latched.items() if i is None
         }
         self._negated: dict[str, str] = {}
-        """Outputs of the letter that the formulas need negated too: a fault makes both true (`formulas.weakened`)."""
+        """Outputs of the letter that the formulas need negated too: a fault makes both true (`formulas.weaken`)."""
         self._choices = {c.name: c for c in self._program.choices}
         self._following: dict[str, list[str]] = {}
         self._blocks = Blocks(

@@ -77,7 +77,7 @@ def with_flows(value: dict[str, Json], traces: Sequence[Trace], arrangement: Arr
     """A result with each run as a code flow: its start and the steps in which something happens."""
     if not traces:
         return value
-    most = max(2, MAX_STEPS // len(traces))  # a flow without a step is none
+    most = max(2, MAX_STEPS // len(traces))  # a flow needs a step
     flows: list[Json] = []
     cut = False
     for number, trace in enumerate(traces, 1):

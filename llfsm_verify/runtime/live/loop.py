@@ -285,7 +285,7 @@ class Loop:
         self._put(record)
         store(states, self._states)
 
-    def succeed(self, before: Loop, record: bytes) -> None:
+    def take_over(self, before: Loop, record: bytes) -> None:
         """Go on where another loop stands, which does not run, with this record in place of its own.
 
         It is to be called before the first turn, and commits a frame of the same number. The other loop has as many

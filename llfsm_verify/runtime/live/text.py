@@ -23,7 +23,7 @@ MSG_DONTWAIT, MSG_NOSIGNAL = 0x40, 0x4000
 NAP = 50_000_000
 """Nanoseconds that the loop sleeps at most before it looks whether it is told to stop."""
 CHECK_BYTES = 4
-"""Of the checksum behind each entry of a recording."""
+"""Of the checksum after each entry of a recording."""
 MULTIPLIER = 0x9E3779B97F4A7C15
 """Of the checksums: 2^64 by the golden ratio (D. Knuth, The Art of Computer Programming 3, 6.4), an odd number."""
 

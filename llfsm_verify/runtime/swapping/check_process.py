@@ -129,7 +129,7 @@ def _read(file: int, status: int) -> CheckAnswer:
         told.seek(0)
         try:
             found: CheckAnswer = pickle.load(told)  # noqa: S301 - of our own process
-        except (EOFError, pickle.UnpicklingError):
+        except Exception:  # noqa: BLE001 - a pickle that was cut short may raise anything
             how = f"signal {os.WTERMSIG(status)} ended its process" if os.WIFSIGNALED(status) else "its process failed"
             return CheckAnswer(None, f"{UNKNOWN}: {how}", ())
     return found
@@ -176,7 +176,6 @@ class CheckTask:
         return runnable(resolve(draft), simulated=True, cycle_ms=self.settings.cycle_ms)
 
     def _why(self, refusal: Refusal, following: Arrangement) -> str:
-
         if refusal.counterexample is None:
             return refusal.reason
         header = self.settings.header(following, self.loaded, {}, simulated=True)

@@ -301,7 +301,7 @@ class SwappableRun:
             self._drop_next()
             self._refuse(str(problem))
             return False
-        loop.succeed(before, record)
+        loop.take_over(before, record)
         following.shared.posts.adopt(self.shared.posts)
         self._first = loop.number + 1
         following.run.take_over(self._run)
@@ -316,7 +316,7 @@ class SwappableRun:
                 self.recordings.pop().unlink(missing_ok=True)
 
     def _go_on(self) -> None:
-        """The run has been replaced: everybody turns to the one that goes on."""
+        """The run has been replaced: all users go on with the new one."""
         following = self._next
         assert following is not None
         self._next = self._asked = None

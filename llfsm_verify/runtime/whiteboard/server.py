@@ -570,7 +570,7 @@ class Server:
         return {"ok": True, "socket": number}
 
     def close(self) -> None:
-        """Nobody is served any more. A client that commands still hears whether the command came before the end."""
+        """No one is served any more. A client that commands still hears whether the command came before the end."""
         self._send_all_away("")
         self._epoll.close()
         self._close_spare()

@@ -88,7 +88,7 @@ class Wakes:
             wake_path(board, number).unlink(missing_ok=True)
 
     def close(self) -> None:
-        """Nobody is woken any more; the loop must not run."""
+        """No one is woken any more; the loop must not run."""
         self._loop.control[control.WAKE_COUNT] = 0
         self._socket.close()
 

@@ -26,7 +26,7 @@ from llfsm_verify.yaml.nodes import Node
 
 T = TypeVar("T")
 AT_ONCE = 5.0
-"""Seconds in which a call ends that waits for no one, however busy the machine is."""
+"""A call that does not wait ends within so many seconds, even on a busy machine."""
 WRONG = ("{}", "[a]", "''", "-1", "x" * 300)
 """Values that most settings cannot have."""
 

@@ -91,7 +91,7 @@ def within(seconds: float) -> Alarm:
 
 
 def within_time(seconds: float) -> Alarm:
-    """The same after so much time of a clock on the wall."""
+    """The same, by wall-clock time."""
     return Alarm(signal.ITIMER_REAL, signal.SIGALRM, seconds, Overdue())
 
 

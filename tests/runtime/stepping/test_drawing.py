@@ -390,7 +390,7 @@ def test_a_run_in_machine_code_visits_what_its_frames_show(which: str) -> None:
         assert loop.never_visited == visits.never
         if turn == 100:
             after = how.loop(how.code(), period=0, seed=2)
-            after.succeed(loop, loop.record)
+            after.take_over(loop, loop.record)
             loop = after
         loop.go(1)
     assert how.loop(how.code(), period=0).never_visited is None

@@ -92,7 +92,7 @@ def go_on(old: Loop, code: LiveCode, machine: str | None, path: Path, seed: int,
     record = transferred(old.code, old.record, code, loop.record, machine)
     path.unlink(missing_ok=True)
     recorder = Recorder(path, {"name": "test", "loaded": [[machine, "m.yaml", "", True]]}, loop)
-    loop.succeed(old, record)
+    loop.take_over(old, record)
     reason = loop.go(turns)
     while reason == control.FULL:
         recorder.grow()

@@ -108,7 +108,7 @@ def random_checks(folder: Path, count: int) -> None:
                 return
             assert update_point(code, loop.record, loop.states) in outcome.points
             following_loop = loop_of(next_code, seed + again)
-            following_loop.succeed(loop, record)
+            following_loop.take_over(loop, record)
             for _ in range(30):
                 if following_loop.go(1) != control.DONE:
                     assert following_loop.status <= 0
@@ -366,7 +366,7 @@ def test_a_machine_in_the_place_of_one_that_has_finished_begins_the_cycle():
     assert isinstance(asked(running, following, "starter", properties, loop), Accepted)
     next_loop = loop_of(next_code, 1)
     steps = loop.steps
-    next_loop.succeed(loop, transferred(code, loop.record, next_code, next_code.layout.first(), "starter"))
+    next_loop.take_over(loop, transferred(code, loop.record, next_code, next_code.layout.first(), "starter"))
     next_loop.go(1)
     assert next_loop.steps == steps + 2 and next_loop.verdicts == ("undecided",)
 

@@ -7,7 +7,7 @@ from llfsm_verify.cli.parser import Parser
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm check`."""
+    """Add the arguments of `llfsm check`."""
     parser.about(
         "Check every arrangement that a file belongs to, with the properties beside it: X.ltl of X.yaml, and "
         "properties.ltl of arrangement.yaml. This is what the hook for pre-commit calls.",

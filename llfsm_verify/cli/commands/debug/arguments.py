@@ -8,7 +8,7 @@ from llfsm_verify.runtime.debugging import MOST_STEPS
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm debug`."""
+    """Add the arguments of `llfsm debug`."""
     parser.about(
         "Walk a run forwards and backwards, by ringlets, cycles and break points, and see why transitions fired. "
         "On a saved trace or a recording it walks through what happened; on a running arrangement it only looks.",

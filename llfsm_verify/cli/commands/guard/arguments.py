@@ -13,7 +13,7 @@ _TIME = re.compile(r"(\d+)(ms|s)", re.ASCII)
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm guard`."""
+    """Add the arguments of `llfsm guard`."""
     parser.about(
         "Put a monitor and a switch between machines and their outputs, write the new arrangement as files, and prove "
         "that it keeps the properties whatever the guarded machines do.",
@@ -48,7 +48,7 @@ def arguments(parser: Parser) -> None:
         text="what the switch does to another machine once a property is violated: 'suspend M', 'resume M', "
         "'restart M', 'load M' or 'unload M'; --for and --until take it back",
     )
-    add("--monitor", metavar="FILE", help="your own machine, in place of monitors made from the properties")
+    add("--monitor", dest="own", metavar="FILE", help="your own machine, in place of monitors made from the properties")
     add(
         "--for", dest="hold", metavar="TIME", type=_time, help="requested values count again after this time: 2s, 500ms"
     )

@@ -50,7 +50,7 @@ def outside(
 
 def _orders(options: Namespace) -> list[Order]:
     """UsageError: one is not a command, or options of another guard are given."""
-    if options.fallback or options.guard or options.monitor or options.hold or options.until or options.react:
+    if options.fallback or options.guard or options.own or options.hold or options.until or options.react:
         raise UsageError(
             "an outside guard gives commands: leave out --fallback, --react, --guard, --monitor, --for and --until"
         )

@@ -49,7 +49,7 @@ def run(options: Namespace) -> int:
     problems = () if options.outside else tuple(unfit_assumptions(properties.assumptions, arrangement))
     if problems and not options.list:
         raise DiagnosticError(unfit(*problem) for problem in problems)
-    found = [guardable(p, arrangement, clock, own_monitor=options.monitor is not None) for p in properties.goals]
+    found = [guardable(p, arrangement, clock, own_monitor=options.own is not None) for p in properties.goals]
     if options.list:
         told(properties, arrangement)
         Output().plain("".join(_listed(found, problems)))
@@ -61,8 +61,8 @@ def run(options: Namespace) -> int:
         return outside(options, draft, arrangement, task, _write, FOLDER)
     wanted = _wanted(options, fallbacks, reactions)
     refuse_unknown(arrangement, wanted)
-    _refuse(found, fallbacks, own=options.monitor is not None)
-    own = None if options.monitor is None else (options.monitor, read_source(options.monitor)[0].text)
+    _refuse(found, fallbacks, own=options.own is not None)
+    own = None if options.own is None else (options.own, read_source(options.own)[0].text)
     told(properties, arrangement)
     return _guarded(options, draft, wanted, replace(task, own=own), properties)
 
@@ -71,7 +71,7 @@ def _refuse_misuse(options: Namespace) -> None:
     """UsageError: options that do not go together."""
     if options.hold and options.until:
         raise UsageError("--for and --until both say when the requested value counts again: give one")
-    if options.monitor is not None and (options.hold or options.until):
+    if options.own is not None and (options.hold or options.until):
         raise UsageError("with --monitor the monitor itself resets its alarm: leave out --for and --until")
     if options.no_proof and options.output is None and not options.list:
         raise UsageError("--no-proof writes files: say where with -o FOLDER")
@@ -102,7 +102,7 @@ def _wanted(options: Namespace, fallbacks: Mapping[str, str], reactions: tuple[R
     """UsageError: options of a guard outside are given, or nothing says what replaces a requested value."""
     if options.every or options.looks:
         raise UsageError("--every and --looks are for a guard outside: give its commands with --outside")
-    if not fallbacks and not (reactions and options.monitor is not None):
+    if not fallbacks and not (reactions and options.own is not None):
         raise UsageError("--fallback OUTPUT=VALUE is missing: it says what replaces the requested value")
     until = options.hold or options.until
     return Wanted(

@@ -10,7 +10,7 @@ from llfsm_verify.report.drawing.formats import PICTURES
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm kripke`."""
+    """Add the arguments of `llfsm kripke`."""
     parser.about(
         "Write the Kripke structure of an arrangement (json, dot, graphml, aut, npz), or a model of it for "
         "another checker (smv: NuSMV and nuXmv, promela: SPIN). The atoms of the properties are what letters show.",

@@ -8,7 +8,7 @@ from llfsm_verify.report.formats import REPORTS
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm monitor`."""
+    """Add the arguments of `llfsm monitor`."""
     parser.about(
         "Say whether properties can be decided at run time, or write a property's monitor: the minimal automaton that "
         "tells after every word whether all, no or some continuations satisfy the property.",

@@ -21,7 +21,7 @@ QUESTIONS = {
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm property`."""
+    """Add the arguments of `llfsm property`."""
     codes = (
         "exit codes: 0, or 1 when an equivalence or implication is false, 2 wrong usage, 3 when a line is wrong (the "
         "others are answered), 4 when a limit was reached"

@@ -13,7 +13,7 @@ ON_TROUBLE = ("report", "stop")
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm run`."""
+    """Add the arguments of `llfsm run`."""
     parser.about(
         "Run an arrangement in the machine code that was verified: a cycle each `cycle_ms`, until Ctrl-C or SIGTERM.",
         "llfsm run arrangement.yaml --simulate --seed 1 --for 60s --record run.rec",

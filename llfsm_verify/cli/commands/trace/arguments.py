@@ -11,7 +11,7 @@ from llfsm_verify.report.timeline.formats import TIMELINES
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm trace`."""
+    """Add the arguments of `llfsm trace`."""
     parser.about(
         "Write a recording or a saved trace over time: for other tools, or as a picture; or a recording as a saved "
         "trace, which tests perform again.",

@@ -14,7 +14,7 @@ from llfsm_verify.verification.engines import ENGINES
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm verify`, in groups."""
+    """Add the arguments of `llfsm verify`, in groups."""
     parser.about(
         "Check properties of an arrangement of logic-labelled finite-state machines, and that no run of it faults.",
         "llfsm verify arrangement.yaml properties.ltl --save-traces traces\n"

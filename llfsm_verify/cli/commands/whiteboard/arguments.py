@@ -7,7 +7,7 @@ from llfsm_verify.cli.parser import Parser
 
 
 def arguments(parser: Parser) -> None:
-    """Of `llfsm whiteboard`."""
+    """Add the arguments of `llfsm whiteboard`."""
     codes = (
         "exit codes: 0 done, 2 wrong usage, 3 there is no such whiteboard or slot, or a value is refused; "
         "for properties: 1 one is violated, 4 one is undecided, or --every was not kept"

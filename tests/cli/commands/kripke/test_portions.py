@@ -148,3 +148,13 @@ def test_a_terminal_sees_how_much_is_written(tmp_path, monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
     writing.write(("x" * (1 << 20) for _ in range(5)), str(tmp_path / "x.json"))
     assert "writing" in terminal.getvalue() and "MiB" in terminal.getvalue()
+
+
+def test_a_mistake_of_ours_is_not_said_to_be_the_disk(tmp_path):
+    def portions():
+        yield "one\n"
+        raise ValueError("ours")
+
+    with pytest.raises(ValueError, match="ours"):
+        writing.write(portions(), str(tmp_path / "a.aut"))
+    assert list(tmp_path.iterdir()) == []
