@@ -63,6 +63,10 @@ class Unregistered(ValueError):
     """There is nothing of this name; the message says what there is."""
 
 
+class Unusable(Unregistered):
+    """What another package registers is not at the place that its entry names, or cannot be imported."""
+
+
 class Registry(Mapping[str, Entry], Generic[T]):
     """Entries by name, in the order in which they are offered.
 
@@ -101,8 +105,15 @@ class Registry(Mapping[str, Entry], Generic[T]):
         return self._entries[name]
 
     def load(self, name: str) -> T:
-        """What is at the place of the entry. Unregistered."""
-        return cast(T, self.entry(name).load())
+        """What is at the place of the entry. Unregistered; Unusable."""
+        entry = self.entry(name)
+        try:
+            return cast(T, entry.load())
+        except Exception as error:
+            if name in self.ours:
+                raise
+            why = f"{type(error).__name__}: {error}"
+            raise Unusable(f"the {self.kind} `{name}` of another package cannot be used ({why})") from error
 
     def find_others(self) -> list[str]:
         """Add what other packages register, once; sentences about what cannot be used."""
@@ -113,7 +124,7 @@ class Registry(Mapping[str, Entry], Generic[T]):
             for point in sorted(entry_points(group=self.group), key=lambda p: p.name):
                 try:
                     self.add(self.entry_at(point))
-                except Exception as error:  # noqa: BLE001 - whatever is wrong with one of others, ours go on
+                except (Exception, SystemExit) as error:  # noqa: BLE001 - ours go on, whatever is wrong with others
                     where = "" if point.dist is None else f" of {point.dist.name}"
                     why = f"{type(error).__name__}: {error}"
                     self._broken.append(f"the {self.kind} `{point.name}`{where} cannot be used ({why})")

@@ -116,7 +116,10 @@ def report_failure(error: Exception, options: Namespace, of: str = "") -> int:
     from llfsm_verify.cli.missing import missing_package
     from llfsm_verify.cli.parser import UsageError
     from llfsm_verify.diagnostics import DiagnosticError
+    from llfsm_verify.registry import Unusable
 
+    if isinstance(error, Unusable):
+        error = UsageError(str(error))
     if isinstance(error, UsageError):
         print(error.said(of), file=sys.stderr)
         return USAGE
@@ -138,9 +141,12 @@ def _bad_input(options: Namespace, diagnostics: Sequence[Diagnostic]) -> int:
     diagnostics = by_kind(diagnostics, options)
     for diagnostic in diagnostics:
         print(diagnostic.render(), file=sys.stderr)
-    failed = REPORTS.failed(getattr(options, "format", None))
-    if failed is not None:
-        _write(failed(diagnostics, BAD_INPUT) + "\n")
+    try:
+        failed = REPORTS.failed(getattr(options, "format", None))
+        if failed is not None:
+            _write(failed(diagnostics, BAD_INPUT) + "\n")
+    except Exception as error:  # noqa: BLE001 - what is wrong with the files has been said
+        print(f"llfsm-verify: the report has no text for this ({type(error).__name__}: {error})", file=sys.stderr)
     return BAD_INPUT
 
 

@@ -213,3 +213,35 @@ def test_options_that_clash_are_said_to_those_who_ask(site: Site) -> None:
         site.llfsm(*asked, "deep").stderr
     )
     assert "the engine `needy` of clashes cannot be used (TypeError: " in site.llfsm(*asked, "needy").stderr
+
+
+BROKEN = """
+import json
+from llfsm_verify.plug import EngineEntry, Entry, ReportEntry, draft_data
+GONE = EngineEntry("gone", "broken:nothing", "a place with nothing")
+HALF = ReportEntry("half", "theirs:brief", "a word each", failure="broken:nothing")
+def read_json(given):
+    return draft_data(json.load(open(given.path)))
+JSON = Entry("json", "broken:read_json", "JSON", (".json",))
+"""
+
+
+@pytest.mark.slow
+def test_what_is_wrong_in_another_package_is_not_said_to_be_our_mistake(site: Site, tmp_path: Path) -> None:
+    points = {
+        "llfsm_verify.engines": {"gone": "broken:GONE", "leaves": "leaves:ENTRY"},
+        "llfsm_verify.reports.result": {"half": "broken:HALF"},
+        "llfsm_verify.arrangements": {"json": "broken:JSON"},
+    }
+    site.install("broken", points, broken=BROKEN, leaves="raise SystemExit(9)\n")
+    done = site.llfsm("verify", LIGHTS, "-p", "true", "--engine", "gone")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("error: the engine `gone` of another package cannot be used (AttributeError: ")
+    done = site.llfsm("verify", LIGHTS, "-p", "true", "--engine", "gune")
+    assert done.returncode == 2 and "the engine `leaves` of broken cannot be used (SystemExit: 9)" in done.stderr
+    done = site.llfsm("verify", "missing.yaml", "--format", "half")
+    assert done.returncode == 3 and "E001" in done.stderr and "the report has no text for this (Attr" in done.stderr
+    wrong = tmp_path / "a.json"
+    wrong.write_text("{}")
+    done = site.llfsm("check", str(wrong))
+    assert done.returncode == 3 and "E0" in done.stderr

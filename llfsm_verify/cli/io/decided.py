@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from llfsm_verify.cli.io.output import Output
 from llfsm_verify.logic.properties import asked_text
 from llfsm_verify.report.wording import name_cell
 from llfsm_verify.runtime.deciding.recordings import Decided
@@ -19,11 +20,12 @@ def say_decided(found: Sequence[tuple[Decided, str]], *, allow_undecided: bool =
     """Prints each verdict and what there is to say of it; returns the exit code."""
     width = max((len(d.verdict) for d, _ in found), default=0)
     names = max((len(name_cell(d.line.name)) for d, _ in found), default=0)
+    output = Output()
     for decided, said in found:
         line = decided.line
-        print(f"{decided.verdict:{width}}  {name_cell(line.name):{names}}  {asked_text(line.kind, line.text)}")
-        if said:
-            print(" " * (width + names + 4) + said)
+        below = f"{' ' * (width + names + 4)}{said}\n" if said else ""
+        asked = asked_text(line.kind, line.text)
+        output.plain(f"{decided.verdict:{width}}  {name_cell(line.name):{names}}  {asked}\n{below}")
     verdicts = {d.verdict for d, _ in found}
     open_ones = "undecided" in verdicts and not allow_undecided
     return VIOLATED if "violated" in verdicts else UNDECIDED if open_ones else 0
@@ -41,5 +43,5 @@ def when_decided(decided: Decided) -> str:
 def say_results(monitors: FrameMonitors) -> int:
     """The same of properties that were decided on frames."""
     if monitors.first not in (None, 1):
-        print(f"everything is as from frame {monitors.first:,}, the first one that was read")
+        Output().plain(f"everything is as from frame {monitors.first:,}, the first one that was read\n")
     return say_decided([(d, when_decided(d)) for d in monitors.results])

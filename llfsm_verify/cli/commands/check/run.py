@@ -90,7 +90,10 @@ def _arrangements(names: Sequence[str]) -> list[Path]:
         if not name or not path.exists():
             hint = hint_of_near(path)
             raise DiagnosticError(Diagnostic("E001", "there is no such file", file=name or "<empty path>", hint=hint))
-        new = list(filter(_is_arrangement, _below(path)) if path.is_dir() else _belongs_to(path))
+        if path.is_file() and ARRANGEMENTS.named_by(name) not in (None, *ARRANGEMENTS.ours):
+            new = [path]  # in a format of another package
+        else:
+            new = list(filter(_is_arrangement, _below(path)) if path.is_dir() else _belongs_to(path))
         if not new and names_file(name):
             note = f"note: {path} belongs to no arrangement, so it was not checked; "
             tell(without_controls(f"{note}`llfsm verify ARRANGEMENT {path}` checks it"))
