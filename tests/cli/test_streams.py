@@ -121,3 +121,13 @@ def test_the_report_of_a_run_that_cannot_be_written(kind, code):
     with stream(kind) as writing:
         done = run("llfsm_verify", "run", LIGHTS, "--rate", "0", "--for", "3s", stdout=writing)
     assert done.returncode == code and ("E412" in done.stderr) == (kind == "full") and "bug" not in done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "code"), [("full", 3), ("unread", 1)])
+def test_a_decision_on_a_recording_that_cannot_be_written(kind, code, tmp_path):
+    recording = str(tmp_path / "a.rec")
+    assert run("llfsm_verify", "run", LIGHTS, "--simulate", "--for", "5s", "--record", recording).returncode == 0
+    with stream(kind) as writing:
+        done = run("llfsm_verify", "check-recording", recording, "-p", "G ns@RED", stdout=writing)
+    assert done.returncode == code and ("E412" in done.stderr) == (kind == "full"), done.stderr
