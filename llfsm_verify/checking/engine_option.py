@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentTypeError, BooleanOptionalAction
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, ClassVar, Literal, Self, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar, get_args
 
+if TYPE_CHECKING:
+    from argparse import _ActionsContainer
+
+T = TypeVar("T")
 MOST = (1 << 63) - 1
 """The largest number that an option takes."""
 MOST_SECONDS = 1e9
@@ -59,6 +64,18 @@ def read_seconds(text: str) -> float:
     return value
 
 
+def word(read: Callable[[str], T]) -> Callable[[str], T]:
+    """What reads a word of the command line, from what raises ValueError for others."""
+
+    def reading(text: str) -> T:
+        try:
+            return read(text)
+        except ValueError as wrong:
+            raise ArgumentTypeError(str(wrong)) from None
+
+    return reading
+
+
 COUNT = Kind("a whole number from 1", is_count, "N", read_count)
 SECONDS = Kind("a positive number of seconds", _is_seconds, "SECONDS", read_seconds)
 FILE = Kind("the name of a file", lambda value: isinstance(value, Path | str) and value != "", "FILE", str)
@@ -94,6 +111,7 @@ class EngineOption(EngineFeature):
     kind: Kind
     help: str
     default: object = None
+    """As Python gives it, and the same as that of its field. A FLAG that is True has a `--no-` beside it."""
     old: tuple[str, ...] = ()
     """Flags that mean the same, from earlier releases."""
     part_of: str | None = None
@@ -103,12 +121,50 @@ class EngineOption(EngineFeature):
     sole: bool = False
     """With this option `auto` asks only the engine that takes it, and sets no limits of its own."""
 
+    def __post_init__(self) -> None:
+        if self.default is not None and not self.kind.fits(self.default):
+            raise ValueError(f"the default of the option `{self.name}` is {self.default!r}, not {self.kind.wants}")
+
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """All that stand for it on the command line."""
+        found = (self.flag, *self.old)
+        return (*found, *(f"--no-{each[2:]}" for each in found)) if self.default is True else found
+
+    def asks(self, given: Mapping[str, object]) -> bool:
+        """See `EngineFeature`; its default asks for nothing."""
+        return super(EngineOption, self).asks(given) and given[self.name] != self.default
+
+    def add_to(self, to: _ActionsContainer) -> None:
+        """Add it as an argument of the command line."""
+        kind, more = self.kind, dict[str, Any](metavar=self.kind.metavar)
+        if kind.choices:
+            more["choices"] = tuple(kind.choices)
+        elif kind.read is None:
+            more = {"action": BooleanOptionalAction if self.default is True else "store_true"}
+        else:
+            more["type"] = word(kind.read)
+        action = to.add_argument(self.flag, *self.old, help=self.help, **more)
+        action.default = next((w for w, value in kind.choices.items() if value == self.default), self.default)
+        flag = not kind.choices and kind.read is None
+        shown = {True: "on"}.get(action.default) if flag else action.default
+        if shown is not None:
+            action.help = f"{self.help} (default: {str(shown).removesuffix('.0').replace('%', '%%')})"
+
 
 @dataclass(frozen=True, slots=True)
 class EngineOptions:
     """What an engine is told beside what all engines are: one of `Options.own`."""
 
     OPTIONS: ClassVar[tuple[EngineOption, ...]] = ()
+
+    @classmethod
+    def demand_defaults(cls) -> None:
+        """TypeError: an option cannot be left out; ValueError: its default is not that of its field."""
+        usual = cls()
+        for each in (option for option in cls.OPTIONS if option.default is not None):
+            if (found := getattr(usual, each.name, each.default)) != each.default:
+                raise ValueError(f"the default of `{each.name}` is {each.default!r}, and {found!r} in its class")
 
     @classmethod
     def made(cls, given: Mapping[str, Any]) -> Self:

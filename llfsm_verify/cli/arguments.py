@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from argparse import ArgumentTypeError
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Collection, Iterable
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
-from llfsm_verify.checking.engine_option import read_count, read_seconds
+from llfsm_verify.checking.engine_option import read_count, read_seconds, word
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.limits import parse_size
 from llfsm_verify.logic.syntax_names import SYNTAXES
@@ -18,7 +18,6 @@ from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 if TYPE_CHECKING:
     from argparse import _ActionsContainer
 
-T = TypeVar("T")
 ARRANGEMENT = "the arrangement's file; - reads standard input"
 DRAWN = "INPUT=P"
 """How `--draw` is written."""
@@ -47,18 +46,6 @@ def property_text(text: str) -> str:
     if all(not line.strip() or line.lstrip().startswith("#") for line in text.splitlines()):
         raise ArgumentTypeError("there is no property in this text")
     return text
-
-
-def word(read: Callable[[str], T]) -> Callable[[str], T]:
-    """What reads a word of the command line, from what raises ValueError for others."""
-
-    def reading(text: str) -> T:
-        try:
-            return read(text)
-        except ValueError as wrong:
-            raise ArgumentTypeError(str(wrong)) from None
-
-    return reading
 
 
 positive, seconds, size = word(read_count), word(read_seconds), word(parse_size)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from llfsm_verify.checking.engine_option import EngineFeature, EngineOption
-from llfsm_verify.cli.arguments import word
 from llfsm_verify.cli.parser import Parser, UsageError
 from llfsm_verify.verification.engines import ENGINES, FEATURES
 
@@ -26,29 +25,15 @@ def engine_options(parser: Parser, to: _ActionsContainer, options: Sequence[Engi
         own = ENGINES.options([name] if name in ENGINES else [])
         more = [option for option in own if option not in options]
         taken = {*parser._option_string_actions, *(action.dest for action in parser._actions)}
-        wrong = next((o for o in more if {o.flag, *o.old, o.attribute} & taken), None)
+        wrong = next((o for o in more if {*o.flags, o.attribute} & taken), None)
         if wrong is not None:
             parser.error(f"the engine `{name}` cannot be asked: `{wrong.flag}` already is an option of `{parser.prog}`")
-        _add(to, more)
+        for option in more:
+            option.add_to(to)
 
-    _add(to, options)
-    parser.before = add_others
-
-
-def _add(to: _ActionsContainer, options: Iterable[EngineOption]) -> None:
     for option in options:
-        kind, more = option.kind, dict[str, Any](metavar=option.kind.metavar)
-        if kind.choices:
-            more["choices"] = tuple(kind.choices)
-        elif kind.read is None:
-            more = {"action": "store_true"}
-        else:
-            more["type"] = word(kind.read)
-        text = option.help
-        if option.default is not None:
-            text += " (default: %(default)s)"
-            more["default"] = next(w for w, value in kind.choices.items() if value == option.default)
-        to.add_argument(option.flag, *option.old, help=text, **more)
+        option.add_to(to)
+    parser.before = add_others
 
 
 def _engine_named(words: Sequence[str]) -> str | None:

@@ -131,7 +131,8 @@ class Engines(Registry[Callable[..., object]]):
     def partial(self, given: Mapping[str, object]) -> tuple[EngineOption, EngineOption] | None:
         """An option that was given without the one that it is a part of, and that one."""
         whole = {option.name: option for option in self.options()}
-        alone = (o for o in whole.values() if o.part_of is not None and o.asks(given) and o.part_of not in given)
+        asked = (o for o in whole.values() if o.part_of is not None and o.asks(given) and o.part_of not in given)
+        alone = (o for o in asked if whole[str(o.part_of)].default is None)
         return next(((option, whole[str(option.part_of)]) for option in alone), None)
 
     def own(self, given: Mapping[str, object]) -> tuple[EngineOptions, ...]:
@@ -164,7 +165,7 @@ class Engines(Registry[Callable[..., object]]):
             if {option.name, option.flag, option.attribute} & taken:
                 raise ValueError(f"there already is an option `{option.name}`")
         for each in entry.classes():
-            each()  # all of its options may be left out
+            each.demand_defaults()
         return entry
 
 

@@ -37,15 +37,17 @@ TITLES = Entry("titles", "theirs:titles", "the titles of nodes", (".titles",))
 @dataclass(frozen=True, slots=True)
 class WideOptions(EngineOptions):
     OPTIONS: ClassVar = (
-        EngineOption("breadth", "--breadth", kind=COUNT, help="how wide"),
-        EngineOption("loud", "--loud", kind=FLAG, help="say so"),
+        EngineOption("breadth", "--breadth", kind=COUNT, default=7, help="how wide"),
+        EngineOption("loud", "--loud", kind=FLAG, default=False, help="say so"),
+        EngineOption("polite", "--polite", kind=FLAG, default=True, help="say please"),
     )
     breadth: int = 7
     loud: bool = False
+    polite: bool = True
 class Wide(Session):
     def __init__(self, given):
         own = given.options.of(WideOptions)
-        self.why = f"breadth {own.breadth}{', loud' if own.loud else ''}"
+        self.why = f"breadth {own.breadth}{', loud' if own.loud else ''}{'' if own.polite else ', rude'}"
     def search(self): pass
     def answers(self, goal): return [Unknown(self.why)]
     def fault_runs(self): return []
@@ -155,11 +157,13 @@ def test_an_option_of_an_engine_is_one_of_the_command_that_asks_it(site: Site, n
         assert done.returncode == 4 and "breadth 3, loud" in done.stdout, done.stderr
     done = site.llfsm("verify", LIGHTS, "-p", "true", *named)
     assert "breadth 7\n" in done.stdout
+    assert "breadth 7, rude\n" in site.llfsm("verify", LIGHTS, "-p", "true", "--no-polite", *named).stdout
 
 
 @pytest.mark.slow
 def test_it_is_in_the_help_and_wrong_values_are_said(site: Site) -> None:
-    assert "--breadth N" in site.llfsm("verify", "--engine", "wide", "--help").stdout
+    shown = " ".join(site.llfsm("verify", "--engine", "wide", "--help").stdout.split())
+    assert "--breadth N how wide (default: 7)" in shown and "--no-polite say please (default: on)" in shown
     assert "--breadth" not in site.llfsm("verify", "--help").stdout
     done = site.llfsm("verify", LIGHTS, "--engine", "wide", "--breadth", "0")
     assert (done.returncode, done.stderr) == (2, "error: --breadth: '0' is not a whole number from 1\n")
@@ -174,6 +178,7 @@ import llfsm_verify as lv
 model = lv.load({LIGHTS!r})
 print(next(iter(model.check("true", engine="wide", breadth=3, loud=True))).reason)
 print(model.query("ns@GREEN", engine="wide", breadth=4).reason)
+print(model.query("ns@GREEN", engine="wide", polite=False).reason)
 for given in ({{"breadth": 0}}, {{"depth": 3}}, {{"width": 3}}):
     try:
         model.check("true", engine="wide", **given)
@@ -189,11 +194,11 @@ except TypeError as error:
 @pytest.mark.slow
 def test_it_is_a_keyword_of_python(site: Site) -> None:
     done = site.python("-c", PYTHON)
-    first, second, zero, depth, width, bmc = done.stdout.splitlines()
-    assert (first, second) == ("breadth 3, loud", "breadth 4")
+    first, second, third, zero, depth, width, bmc = done.stdout.splitlines()
+    assert (first, second, third) == ("breadth 3, loud", "breadth 4", "breadth 7, rude")
     assert zero == "ValueError the option `breadth` needs a whole number from 1, not 0"
     assert depth == "ValueError the option `depth` is for bmc, induction and pdr, not for `wide`"
-    assert width.startswith("TypeError check has no option `width`") and "breadth, loud" in width
+    assert width.startswith("TypeError check has no option `width`") and "breadth, loud, polite" in width
     assert bmc == "check has no option `breadth`"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentParser
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
@@ -112,7 +113,7 @@ def engine_cases(
     if drawn:
         demand_hypothesis()
     suite = _Suite(ENGINES.entry(engine) if isinstance(engine, str) else engine, patience)
-    return [*suite.known(), *suite.limits(), *suite.stops(), *suite.again(), *suite.drawn(drawn, seed)]
+    return [*suite.known(), *suite.own(), *suite.limits(), *suite.stops(), *suite.again(), *suite.drawn(drawn, seed)]
 
 
 class _Suite:
@@ -147,6 +148,23 @@ class _Suite:
         decides = self._entry.decides
         names = {name for name, holds in known.holds.items() if ("proofs" if holds else "violations") in decides}
         return frozenset(names | ({"faults"} if "faults" in decides else set())) - known.open
+
+    # -------------------------------------------------- its own options
+
+    def own(self) -> Iterator[Case]:
+        """Its own options can be arguments of a command, and their defaults are those of its classes."""
+        if self._entry.own:
+            about = "its own options can be arguments of a command, and their defaults are those of its classes"
+            yield self._case("own options", about, self._options)
+
+    def _options(self) -> None:
+        parser = ArgumentParser("llfsm verify")
+        for each in self._entry.classes():
+            each.demand_defaults()
+            for option in each.OPTIONS:
+                option.add_to(parser)
+        parser.format_help()
+        parser.parse_args([])
 
     # -------------------------------------------------- limits
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
 import pytest
 
+from llfsm_verify.checking.engine_option import COUNT, FLAG, EngineOption, EngineOptions
 from llfsm_verify.registry import Unregistered
 from llfsm_verify.testing.conformance import Outcome, check_engine, engine_cases
-from llfsm_verify.verification.engines import ENGINES, EngineEntry
+from llfsm_verify.verification.engines import ENGINES, EXPLICIT, UNROLLED, EngineEntry
 from tests.quick import many
 from tests.testing.conformance import wrong
 
@@ -92,6 +96,34 @@ def test_each_wrong_engine_is_tried() -> None:
 def test_cases_have_names_of_their_own() -> None:
     names = [case.name for case in engine_cases("explicit")]
     assert len(names) == len(set(names))
+
+
+@dataclass(frozen=True, slots=True)
+class Torn(EngineOptions):
+    """Says two things about one default."""
+
+    OPTIONS: ClassVar[tuple[EngineOption, ...]] = (EngineOption("w", "--w", kind=COUNT, default=7, help=""),)
+    w: int = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Doubled(EngineOptions):
+    """Has one flag for two options."""
+
+    OPTIONS: ClassVar[tuple[EngineOption, ...]] = (
+        EngineOption("a", "--a", kind=COUNT, help=""), EngineOption("b", "--a", kind=FLAG, help=""),
+    )  # fmt: skip
+    a: int = 8
+    b: bool = False
+
+
+@pytest.mark.parametrize(
+    ("own", "says"), [("Torn", "the default of `w` is 7, and 8"), ("Doubled", "conflicting option")]
+)
+def test_options_that_cannot_be_arguments_fail(own: str, says: str) -> None:
+    found = outcome(replace(entry("Explicit"), own=(f"{__name__}:{own}",)), "own options")
+    assert not found.passed and says in found.wrong, found.wrong
+    assert outcome(EngineEntry("any", "os:name", own=(EXPLICIT, UNROLLED)), "own options").passed
 
 
 def test_an_engine_that_nobody_registered_is_named() -> None:
