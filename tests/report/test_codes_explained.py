@@ -10,6 +10,7 @@ import pytest
 
 from llfsm_verify.report.codes import MENDS, all_codes, explained
 from tests.cli.running import llfsm
+from tests.outputs import examples
 from tests.outputs.examples import ELSEWHERE, KEPT, PROVOKED, example, of_wrong_texts
 
 EXAMPLES = json.loads(KEPT.read_text(encoding="utf-8"))
@@ -41,6 +42,17 @@ def test_examples_from_wrong_texts_are_what_is_said_today():
     found = of_wrong_texts()
     assert [code for code, said in found.items() if EXAMPLES[code] not in said] == []
     assert sorted([*found, *PROVOKED, *ELSEWHERE]) == sorted(all_codes())
+
+
+def test_a_code_that_no_command_provokes_is_said_or_comes_from_its_case(monkeypatch):
+    kept = []
+    monkeypatch.setattr(examples, "of_wrong_texts", lambda: {"E110": ["error[E110]: so"]})
+    monkeypatch.setattr(examples, "keep", kept.append)
+    examples.main(["E110"])
+    assert kept == [{}]
+    for code, told in (("E999", "E999 has no command in PROVOKED"), ("E165", "E165 needs a running arrangement")):
+        with pytest.raises(SystemExit, match=told):
+            examples.main([code])
 
 
 def test_a_code_is_explained_with_its_example():

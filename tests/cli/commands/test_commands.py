@@ -63,6 +63,12 @@ def test_a_command_is_a_module_or_a_folder(name: str) -> None:
         assert len(place.read_text(encoding="utf-8").splitlines()) <= 120 and entry.runs == f"{entry.place[:-9]}run"
 
 
+@pytest.mark.parametrize("name", COMMANDS.ours)
+def test_a_command_has_a_section_of_the_page(name: str) -> None:
+    page = Path("docs/command-line.md").read_text(encoding="utf-8")
+    assert f"\n## `llfsm {name}`\n" in page
+
+
 def test_a_command_of_another_package_is_found_when_it_is_asked_for(others: Commands) -> None:
     assert "greet" not in llfsm("--help").stdout
     assert (llfsm("greet", "you").returncode, llfsm("greet", "you").stdout) == (4, "hello you\n")
