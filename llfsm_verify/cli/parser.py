@@ -22,8 +22,14 @@ INPUTS = ("arrangement", "properties", "monitor")
 """Options and arguments that name files to read; `-` is standard input there."""
 
 
-GROUPS = ("check", "run", "build", "exchange", "look")
-"""What commands are for, in the order in which help shows them."""
+GROUPS = {
+    "check": "to check arrangements, formulas and recordings",
+    "run": "to run an arrangement, and go through its runs",
+    "build": "to start a project, and build monitors and guards",
+    "exchange": "to draw, and write models for other tools",
+    "look": "to look things up",
+}
+"""What commands are for, in the order in which help shows them, with its headings."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -55,25 +55,25 @@ COMMANDS = Commands(
         _folder("check", "check", "check the arrangements that changed files belong to"),
         _module("check", "lint", "find mistakes that no property asks about, by proof"),
         _module("check", "query", "find a run that reaches something, or prove that none does"),
-        _module("check", "check-recording", "decide properties on a recording"),
         _module("check", "report", "write a page for a safety case"),
+        _module("check", "check-recording", "decide properties on a recording"),
+        _folder("check", "property", "ask about formulas over free atoms"),
         _folder("run", "simulate", "run an arrangement and show each step"),
         _folder("run", "run", "run an arrangement in real time, or as fast as possible"),
-        _module("run", "replay", "run saved traces and recordings again"),
-        _folder("run", "debug", "walk a run forwards and backwards, and see why transitions fire"),
         _folder("run", "whiteboard", "read and post on the whiteboards of running arrangements"),
         _module("run", "send", "give a command to a running arrangement"),
-        _module("run", "audit", "tell whether an audit log was changed"),
+        _module("run", "replay", "run saved traces and recordings again"),
+        _folder("run", "trace", "write a recording or a saved trace as CSV, VCD, SVG, MCAP or ITF"),
+        _folder("run", "debug", "walk a run forwards and backwards, and see why transitions fire"),
         _module("build", "init", "write a small arrangement with properties and tests"),
-        _folder("build", "guard", "put a monitor and a switch before outputs, and prove what they keep"),
         _folder("build", "monitor", "say what can be decided at run time, and write monitors"),
+        _folder("build", "guard", "put a monitor and a switch before outputs, and prove what they keep"),
+        _module("exchange", "draw", "draw a machine or the arrangement"),
         _folder("exchange", "kripke", "write the Kripke structure, or a model for another checker"),
-        _folder("exchange", "trace", "write a recording or a saved trace as CSV, VCD, SVG, MCAP or ITF"),
-        _module("exchange", "schema", "print a JSON Schema"),
-        _module("look", "draw", "draw a machine or the arrangement"),
         _module("look", "access", "list what machines and users may do, and what they do"),
-        _folder("look", "property", "ask about formulas over free atoms"),
+        _module("look", "audit", "tell whether an audit log was changed"),
         _module("look", "explain", "say what a diagnostic means, with an example"),
+        _module("look", "schema", "print a JSON Schema"),
         _module("look", "completion", "print what makes a shell complete commands"),
     ],
     "llfsm_verify.commands",
@@ -97,9 +97,9 @@ def llfsm_parser(words: Sequence[str] | None = None) -> Parser:
     asked = next((word for word in words or () if not word.startswith("-")), None)
     if asked is not None and asked not in COMMANDS:
         parser.unusable = COMMANDS.find_others()
-    entries = sorted(map(COMMANDS.entry, COMMANDS), key=lambda entry: GROUPS.index(entry.group))
+    entries = sorted(map(COMMANDS.entry, COMMANDS), key=lambda entry: list(GROUPS).index(entry.group))
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    commands.headings = {e.name: f"to {e.group}" for e in entries}  # type: ignore[attr-defined]  # for `Paragraphs`
+    commands.headings = {e.name: GROUPS[e.group] for e in entries}  # type: ignore[attr-defined]  # for `Paragraphs`
     for entry in entries:
         command = commands.add_parser(entry.name, help=entry.about)
         if words is None or entry.name in words:

@@ -46,10 +46,23 @@ def others(monkeypatch: pytest.MonkeyPatch) -> Commands:
 
 def test_help_shows_every_command_once_below_its_group() -> None:
     text = llfsm_parser([]).format_help()
-    assert tuple(re.findall(r"^    to (\w+):$", text, re.MULTILINE)) == GROUPS
-    for heading, part in zip(GROUPS, re.split(r"^    to \w+:\n", text, flags=re.MULTILINE)[1:], strict=True):
+    assert re.findall(r"^    (to .*):$", text, re.MULTILINE) == list(GROUPS.values())
+    for group, part in zip(GROUPS, re.split(r"^    to .*:\n", text, flags=re.MULTILINE)[1:], strict=True):
         names = re.findall(r"^      ([\w-]+)", part.partition("\n\n")[0], re.MULTILINE)
-        assert names == [name for name in COMMANDS if COMMANDS.entry(name).group == heading]
+        assert names == [name for name in COMMANDS if COMMANDS.entry(name).group == group]
+
+
+def test_the_page_has_the_groups_and_the_order_of_the_help() -> None:
+    page = Path("docs/command-line.md").read_text(encoding="utf-8")
+    table = page.partition("| to | use |\n|---|---|\n")[2].partition("\n\n")[0]
+    shown = {}
+    for row in table.splitlines():
+        purpose, used = re.sub(r"\]\([^)]*\)", "]", row).strip("| ").split(" | ")
+        shown["to " + purpose.replace("[", "").replace("]", "")] = re.findall(r"\[`([\w-]+)`\]", used)
+    ours = [name for name in COMMANDS if name in COMMANDS.ours]
+    assert list(shown) == list(GROUPS.values())
+    assert [*shown.values()] == [[name for name in ours if COMMANDS.entry(name).group == group] for group in GROUPS]
+    assert re.findall(r"^## `llfsm ([\w-]+)`$", page, re.MULTILINE) == ours
 
 
 @pytest.mark.parametrize("name", COMMANDS)
