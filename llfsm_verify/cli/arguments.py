@@ -118,9 +118,9 @@ def only(to: _ActionsContainer) -> None:
     repeatable(to, "--only", metavar="NAME", text="only the property of this name, with all assumptions")
 
 
-def syntax(to: _ActionsContainer) -> None:
+def syntax(to: _ActionsContainer, text: str = "how formulas are written, where the file does not say it") -> None:
     """How formulas are written."""
-    choice(to, "--syntax", SYNTAXES, "how formulas are written")
+    choice(to, "--syntax", SYNTAXES, text)
 
 
 def max_states(to: _ActionsContainer, text: str = "end the search after N configurations") -> None:
@@ -147,7 +147,8 @@ def output(to: _ActionsContainer) -> None:
 
 def colour(to: _ActionsContainer) -> None:
     """How output for people looks."""
-    to.add_argument("--color", choices=("auto", "always", "never"), default="auto", help="default: %(default)s")
+    text = "colours: always, never, or on a terminal (default: %(default)s)"
+    to.add_argument("--color", choices=("auto", "always", "never"), default="auto", help=text)
     to.add_argument("--width", metavar="N", type=width, help="make tables N columns wide (default: as the terminal)")
 
 
@@ -168,7 +169,7 @@ def engine(to: _ActionsContainer) -> None:
         type=_engine,
         default=DEFAULT_ENGINE,
         metavar=f"{{{','.join(ENGINES)}}}",
-        help="how to search (default: %(default)s)",
+        help="the engine (default: %(default)s)",
     ).completer = lambda **_: tuple(ENGINES)  # type: ignore[attr-defined]  # argcomplete looks for it here
 
 

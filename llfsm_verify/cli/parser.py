@@ -120,8 +120,10 @@ class Parser(ArgumentParser):
         except ArgumentError as error:
             self.error(str(error))
         if left:
-            wrong = next((word for word in left if word.startswith("-")), "").partition("=")[0]
+            wrong, _, value = next((word for word in left if word.startswith("-")), "").partition("=")
             advice = meant(wrong, self._option_string_actions)
+            if wrong in ("-o", "--output"):
+                advice = self._to_file(value or left[-1])
             if not wrong and "--properties" in self._option_string_actions:
                 advice = f"; write `--properties {left[0][:100]}` for a property file"
             self.error(f"unrecognized arguments: {' '.join(left)[:200]}{advice}")
@@ -129,6 +131,11 @@ class Parser(ArgumentParser):
         if sum(each.count("-") if isinstance(each, list) else each == "-" for each in given) > 1:
             self.error("standard input can be read only once")
         return options, left
+
+    def _to_file(self, path: str) -> str:
+        """What to write in place of `-o FILE` where a command has no such option."""
+        shape = "--format json " if "--format" in self._option_string_actions else ""
+        return f"; write `{shape}> {'FILE' if path.startswith('-') else path[:100]}` for a file"
 
     def _given_last(self, options: Namespace, left: list[str]) -> list[str]:
         """Give words after an option to the last positional argument, which argparse took for complete when the option

@@ -70,6 +70,12 @@ def test_without_a_command_there_is_help(words):
         (("property", "clasify", "a"), "QUESTION: there is no `clasify`; did you mean `classify`?"),
         (("verify", LIGHTS, "--timout=3"), "unrecognized arguments: --timout=3; did you mean `--timeout`?"),
         (
+            ("verify", LIGHTS, "-o", "x.json"),
+            "unrecognized arguments: -o x.json; write `--format json > x.json` for a file",
+        ),
+        (("check", "--output=x"), "unrecognized arguments: --output=x; write `> x` for a file"),
+        (("run", LIGHTS, "-o"), "unrecognized arguments: -o; write `> FILE` for a file"),
+        (
             ("guard", LIGHTS, PROPERTIES),
             f"unrecognized arguments: {PROPERTIES}; write `--properties {PROPERTIES}` for a property file",
         ),

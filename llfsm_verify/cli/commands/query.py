@@ -33,7 +33,7 @@ def arguments(parser: Parser) -> None:
     add = parser.add_argument
     shared.arrangement(parser)
     add("formula", metavar="FORMULA", help="a state formula, such as 'ns@GREEN && count > 3'")
-    shared.syntax(parser)
+    shared.syntax(parser, "how FORMULA is written")
     shared.engine(parser)
     engine_options(parser, parser, UnrolledOptions.OPTIONS)
     shared.choice(parser, "--format", REPORTS.query, "how to report")

@@ -25,7 +25,7 @@ def arguments(parser: Parser) -> None:
     arrangement(parser)
     property_files(parser)
     property_lines(parser)
-    add("--assurance", action="store_true", help="the page has claims, hashes, assumptions, and what is open")
+    add("--assurance", action="store_true", help="required: the page has claims, hashes, assumptions, and what is open")
     engine(parser)
     memory_and_timeout(parser)
     add("--certificate", metavar="FILE", help="write what proves the verdicts, and name it on the page")

@@ -12,8 +12,8 @@ from llfsm_verify.report.drawing.formats import PICTURES
 def arguments(parser: Parser) -> None:
     """Add the arguments of `llfsm kripke`."""
     parser.about(
-        "Write the Kripke structure of an arrangement (json, dot, graphml, aut, npz), or a model of it for "
-        "another checker (smv: NuSMV and nuXmv, promela: SPIN). The atoms of the properties are what letters show.",
+        "Write the Kripke structure of an arrangement (json, dot, svg, png, graphml, aut, npz), or a model of it "
+        "for another checker (smv: NuSMV and nuXmv, promela: SPIN). The atoms of the properties are what letters show.",
         "llfsm kripke arrangement.yaml properties.ltl -o model.smv",
         "exit codes: 0 written, 2 wrong usage, 3 input files wrong or unreadable, "
         "4 a limit ended the exploration, 70 internal error, 130 interrupted",

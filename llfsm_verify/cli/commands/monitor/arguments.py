@@ -15,7 +15,7 @@ def arguments(parser: Parser) -> None:
         "llfsm monitor 'G (car -> F[<=5] green)'\n"
         "llfsm monitor properties.ltl --only never_both --as machine --arrangement arrangement.yaml --set alarm",
         "exit codes: 0 all are monitorable, at least in part, 1 some are not, 2 wrong usage, 3 input files wrong or "
-        "unreadable, or what a machine cannot do, 4 a limit was reached, 70 internal error, 130 interrupted",
+        "unreadable, or no machine can be such a monitor, 4 a limit was reached, 70 internal error, 130 interrupted",
     )
     add = parser.add_argument
     add(

@@ -8,7 +8,8 @@ from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.report.drawing.formats import DRAWINGS
 
 QUESTIONS = {
-    "classify": "print the class (S G O R P T, B for S and G), a tab and the formula",
+    "classify": "print the class (S safety, G guarantee, B both, O obligation, R recurrence, P persistence, "
+    "T reactivity), a tab and the formula",
     "translate": "print the automaton in the format HOA",
     "accepts": "print whether the formula is true of the word `p0&!p1;cycle{p0}`",
     "equivalent": "print whether two formulas are true of the same words, else a word that tells them apart",

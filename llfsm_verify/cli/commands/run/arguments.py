@@ -17,8 +17,9 @@ def arguments(parser: Parser) -> None:
     parser.about(
         "Run an arrangement in the machine code that was verified: a cycle each `cycle_ms`, until Ctrl-C or SIGTERM.",
         "llfsm run arrangement.yaml --simulate --seed 1 --for 60s --record run.rec",
-        "exit codes: 0 stopped or ended by itself, 1 a fault, an overrun with --on-overrun stop, a port that "
-        "stopped it, 2 wrong usage, 3 files wrong or unreadable, 4 a value left 64 bits",
+        "exit codes: 0 stopped or ended by itself, 1 it ended by a fault, an overrun with --on-overrun stop, a port or "
+        "a process that was killed; a monitored property was violated; or the recording or the audit log ended before "
+        "the run, 2 wrong usage, 3 files wrong or unreadable, 4 a value left 64 bits",
     )
     shared.arrangement(parser)
     _world(parser)
@@ -57,11 +58,11 @@ def _pace(parser: Parser) -> None:
         "--jitter",
         metavar="TIME",
         type=shared.milliseconds,
-        help="how much closer two cycles may begin (default: half a cycle)",
+        help="by how much the gap between two cycles may be shorter (default: half a cycle)",
     )
     shared.choice(parser, "--on-overrun", ON_TROUBLE, "what to do when a cycle begins a whole cycle late")
-    add("--priority", metavar="1-99", type=priority, help="ask the system for its first-in-first-out schedule")
-    text = "each process of the arrangement is one of the system, or one runs them all"
+    add("--priority", metavar="1-99", type=priority, help="request real-time scheduling (SCHED_FIFO)")
+    text = "run each process of the arrangement in a process of its own, or all in one"
     shared.choice(parser, "--processes", ("separate", "together"), text)
 
 

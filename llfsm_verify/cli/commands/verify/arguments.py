@@ -72,6 +72,6 @@ def _files(group: Group) -> None:
     add("--save-traces", metavar="DIR", help="save each trace as DIR/NAME.trace.yaml")
     repeatable(group, "--save-as", choices=TIMELINES, text="save each trace of --save-traces in this format as well")
     add("--certificate", metavar="FILE", help="write a certificate of the verdicts, for llfsm-check-certificate")
-    add("--check-certificate", metavar="FILE", help="check a certificate, and that it is one of these files")
+    add("--check-certificate", metavar="FILE", help="check a certificate, and that it is about these files")
     add("--save-invariants", metavar="FILE", help="write the invariants that --engine pdr or induction has found")
     add("--check-invariants", metavar="FILE", help="check that the invariants of a file prove the properties")

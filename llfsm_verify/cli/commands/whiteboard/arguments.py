@@ -26,7 +26,7 @@ def arguments(parser: Parser) -> None:
         "list": "list the whiteboards",
         "get": "print the newest values",
         "post": "give values to inputs",
-        "watch": "print each change, or decide properties on the frames, until Ctrl-C",
+        "watch": "print each change, or decide properties on the frames, until the run ends or Ctrl-C",
     }
     made = {name: asked.add_parser(name, help=text) for name, text in texts.items()}
     for name, one in made.items():
