@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from argparse import Namespace
+from argparse import Namespace, _HelpAction, _SubParsersAction
 from pathlib import Path
 
 import pytest
@@ -11,7 +11,7 @@ import pytest
 from llfsm_verify import plug
 from llfsm_verify.cli import commands
 from llfsm_verify.cli.commands import COMMANDS, Commands, llfsm_parser
-from llfsm_verify.cli.parser import GROUPS, CommandEntry
+from llfsm_verify.cli.parser import GROUPS, CommandEntry, Parser
 from tests.cli.running import llfsm
 from tests.test_registry import Found
 
@@ -63,6 +63,25 @@ def test_the_page_has_the_groups_and_the_order_of_the_help() -> None:
     assert list(shown) == list(GROUPS.values())
     assert [*shown.values()] == [[name for name in ours if COMMANDS.entry(name).group == group] for group in GROUPS]
     assert re.findall(r"^## `llfsm ([\w-]+)`$", page, re.MULTILINE) == ours
+
+
+@pytest.mark.parametrize("name", COMMANDS.ours)
+def test_the_page_names_every_option_of_a_command(name: str) -> None:
+    """In the section of the command, or among what all commands share."""
+    sections = re.split(r"^## ", Path("docs/command-line.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    texts = [text for text in sections if text.startswith(("What all commands share\n", f"`llfsm {name}`\n"))]
+    assert len(texts) == 2
+    named = set(re.findall(r"(?<![\w-])--?[a-z][\w-]*", "".join(texts)))
+    parser = Parser(name)
+    COMMANDS.load(name)(parser)
+    wanting = [parser]
+    while wanting:
+        for action in wanting.pop()._actions:
+            if isinstance(action, _SubParsersAction):
+                wanting += action.choices.values()
+            elif not isinstance(action, _HelpAction):
+                flags = action.option_strings
+                assert not flags or named.intersection(flags), flags
 
 
 @pytest.mark.parametrize("name", COMMANDS)
