@@ -122,6 +122,8 @@ class EngineOption(EngineFeature):
     """With this option `auto` asks only the engine that takes it, and sets no limits of its own."""
 
     def __post_init__(self) -> None:
+        if wrong := [flag for flag in (self.flag, *self.old) if not flag.startswith("--")]:
+            raise ValueError(f"the flag `{wrong[0]}` of the option `{self.name}` does not begin with `--`")
         if self.default is not None and not self.kind.fits(self.default):
             raise ValueError(f"the default of the option `{self.name}` is {self.default!r}, not {self.kind.wants}")
 
@@ -144,12 +146,13 @@ class EngineOption(EngineFeature):
             more = {"action": BooleanOptionalAction if self.default is True else "store_true"}
         else:
             more["type"] = word(kind.read)
-        action = to.add_argument(self.flag, *self.old, help=self.help, **more)
+        about = self.help.replace("%", "%%")
+        action = to.add_argument(self.flag, *self.old, help=about, **more)
         action.default = next((w for w, value in kind.choices.items() if value == self.default), self.default)
         flag = not kind.choices and kind.read is None
         shown = {True: "on"}.get(action.default) if flag else action.default
         if shown is not None:
-            action.help = f"{self.help} (default: {str(shown).removesuffix('.0').replace('%', '%%')})"
+            action.help = f"{about} (default: {str(shown).removesuffix('.0').replace('%', '%%')})"
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,7 +35,7 @@ class Planted(EngineOptions):
         EngineOption("loud", "--loud", kind=FLAG, default=True, help="loudly"),
         EngineOption("pause", "--pause", kind=SECONDS, default=60.0, help="how long"),
         EngineOption("log", "--log", kind=FILE, default="50%.txt", help="where to"),
-        EngineOption("split", "--split", kind=SWITCH, default=False, help="in parts"),
+        EngineOption("split", "--split", kind=SWITCH, default=False, help="90 % in parts"),
         EngineOption("fold", "--fold", kind=WHEN, default="on", help="smaller"),
         EngineOption("margin", "--margin", kind=COUNT, part_of="breadth", alone="is about {}", help="beside it"),
     )
@@ -113,7 +113,7 @@ def test_help_and_the_table_of_engines_show_them(engines: Engines) -> None:
     shown = " ".join(parser_of(engines).format_help().split())
     for said in (
         "how wide (default: 7)", "softly --", "--loud, --no-loud loudly (default: on)", "how long (default: 60)",
-        "where to (default: 50%.txt)", "in parts (default: off)", "smaller (default: on)",
+        "where to (default: 50%.txt)", "90 % in parts (default: off)", "smaller (default: on)",
     ):  # fmt: skip
         assert said in shown
     assert "| `--breadth` `--soft` `--loud` `--pause` `--log` `--split` `--fold` |\n" in registered.table()
@@ -123,6 +123,11 @@ def test_help_and_the_table_of_engines_show_them(engines: Engines) -> None:
 def test_a_default_that_its_kind_does_not_take_is_refused(kind: Kind, default: object) -> None:
     with pytest.raises(ValueError, match=rf"^the default of the option `x` is {default!r}, not "):
         EngineOption("x", "--x", kind=kind, default=default, help="")
+
+
+def test_a_flag_without_dashes_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"^the flag `x` of the option `x` does not begin with `--`$"):
+        EngineOption("x", "x", kind=COUNT, help="")
 
 
 def test_the_defaults_of_ours_are_those_of_their_classes() -> None:
