@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import re
 from collections.abc import Mapping
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from llfsm_verify.testing import conformance
 from llfsm_verify.testing.conformance.samples import SAMPLES
 from tests.cli.running import LIGHTS
 from tests.distributions import ROOT, Site
@@ -56,6 +58,16 @@ def test_the_page_has_an_example_of_each_plug() -> None:
     assert {m for text in FILES.values() for m in re.findall(r"^from (llfsm_verify[\w.]*)", text, re.MULTILINE)} == {
         "llfsm_verify", "llfsm_verify.plug",
     }  # fmt: skip
+
+
+def test_the_table_calls_each_suite_with_what_it_needs() -> None:
+    calls = re.findall(r"\| `(\w+_cases)\((.*?)\)` \|$", PAGE, re.MULTILINE)
+    needed = {
+        name: sum(p.default is p.empty for p in inspect.signature(getattr(conformance, name)).parameters.values())
+        for name in conformance.__all__
+        if name.endswith("_cases") and name != "executor_cases"
+    }
+    assert {name: len(given.split(", ")) for name, given in calls} == needed
 
 
 @pytest.mark.slow
