@@ -120,7 +120,7 @@ class Model:
         ValueError: it comes from a file already, or the format can only be read. OSError: the file cannot be written.
         """
         if self._document is None:
-            raise ValueError(f"`{self.name}` comes from {self.path} already")
+            raise ValueError(f"`{self.name}` comes from {self.path} already: copy that file")
         from llfsm_verify.arrangement.formats import writer_of
 
         folder = Path(path).resolve().parent

@@ -46,7 +46,7 @@ def test_what_is_built_can_be_written(tmp_path: Path) -> None:
     assert "file: ../" in path.read_text("utf-8") and again.path == str(path)
     assert again.draw() == model.draw() and again.draw("ns") == model.draw("ns")
     assert str(again.simulate(60, seed=2)) == str(model.simulate(60, seed=2))
-    with pytest.raises(ValueError, match=r"^`traffic_lights` comes from .*lights.yaml already$"):
+    with pytest.raises(ValueError, match=r"^`traffic_lights` comes from .*lights.yaml already: copy that file$"):
         again.write(path)
     with pytest.raises(OSError, match=r"No such file or directory: '.*nowhere/a\.yaml'$"):
         model.write(tmp_path / "nowhere" / "a.yaml")
