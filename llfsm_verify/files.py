@@ -36,14 +36,15 @@ def read_regular(path: str | Path, most: int) -> bytes:
     is read.
     """
     # A device is not opened at all, since that alone can do something; what takes its place meanwhile does not block.
-    _refuse_special(Path(path).stat())
+    refuse_special(Path(path).stat())
     with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY), "rb") as file:
         status = os.fstat(file.fileno())
-        _refuse_special(status)
+        refuse_special(status)
         return file.read(min(status.st_size, most))
 
 
-def _refuse_special(status: os.stat_result) -> None:
+def refuse_special(status: os.stat_result) -> None:
+    """OSError: it is no regular file."""
     kind = special_kind(status.st_mode)
     if kind is not None:
         refused = IsADirectoryError if kind == "a directory" else OSError

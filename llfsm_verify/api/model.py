@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -36,7 +37,7 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
-from llfsm_verify.files import replacing
+from llfsm_verify.files import refuse_special, replacing
 from llfsm_verify.kripke.structure import Structure, structure
 from llfsm_verify.limits import Budget
 from llfsm_verify.logic.properties import parse_properties
@@ -117,7 +118,8 @@ class Model:
 
         Machine files are named from where it lies.
 
-        ValueError: it comes from a file already, or the format can only be read. OSError: the file cannot be written.
+        ValueError: it comes from a file already, or the format can only be read. OSError: the file cannot be
+        written, or is a device or a pipe.
         """
         if self._document is None:
             raise ValueError(f"`{self.name}` comes from {self.path} already: copy that file")
@@ -126,7 +128,10 @@ class Model:
         folder = Path(path).resolve().parent
         document = with_files(self._document, lambda file: os.path.relpath(file, folder))
         text = writer_of(str(path)).arrangement(document)
-        with replacing(Path(path)) as file:
+        target = Path(path).resolve()  # a link stays one
+        with suppress(FileNotFoundError):
+            refuse_special(target.stat())
+        with replacing(target) as file:
             file.write(text.encode())
 
     def __repr__(self) -> str:

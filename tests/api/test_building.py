@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
@@ -50,6 +51,19 @@ def test_what_is_built_can_be_written(tmp_path: Path) -> None:
         again.write(path)
     with pytest.raises(OSError, match=r"No such file or directory: '.*nowhere/a\.yaml'$"):
         model.write(tmp_path / "nowhere" / "a.yaml")
+
+
+def test_what_is_no_file_is_not_replaced(tmp_path: Path) -> None:
+    pipe, link = tmp_path / "pipe", tmp_path / "link.yaml"
+    os.mkfifo(pipe)
+    link.symlink_to(tmp_path / "target.yaml")
+    model = built()
+    model.write(link)
+    assert link.is_symlink() and lv.load(tmp_path / "target.yaml").machines == model.machines
+    for path, said in ((pipe, "it is a pipe"), (tmp_path, "it is a directory")):
+        with pytest.raises(OSError, match=said):
+            model.write(path)
+    assert pipe.is_fifo() and sorted(p.name for p in tmp_path.iterdir()) == ["link.yaml", "pipe", "target.yaml"]
 
 
 def test_its_machine_files_are_those_of_the_folder_in_which_it_was_built(
