@@ -33,10 +33,13 @@ LLFSM = {"llfsm": [], "llfsm-verify": ["verify"]}
 COMMANDS = {
     "llfsm-check-certificate": [sys.executable, "-m", "llfsm_verify.certificate"],
     "pytest": [sys.executable, "-m", "pytest"],
+    "python": [sys.executable],
     "sed": ["sed"],
 }
 BACKGROUND = re.compile(r"llfsm (run .*--whiteboard (\S+).*) > (\S+) 2>&1 &")
 """A run that goes on while the next commands are given, until `ENDED`."""
+BEGINNING = "sleep 2"
+"""What a reader's run needs until it has a whiteboard; ours are waited for."""
 ENDED = "kill %1; wait"
 ASKED = ("llfsm whiteboard list", "llfsm whiteboard get")
 MOST = 120
@@ -98,6 +101,8 @@ def test_what_a_page_shows_is_what_happens(page, tmp_path, forked):
                 (tmp_path / command[2:]).write_text(output, encoding="utf-8")
             elif BACKGROUND.fullmatch(command):
                 background.start(command)
+            elif command == BEGINNING:
+                assert background.run is not None
             elif command == ENDED:
                 background.end()
             else:

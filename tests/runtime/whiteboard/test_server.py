@@ -701,6 +701,11 @@ def test_a_killed_server_is_noticed_and_its_last_frame_stays() -> None:
             process.wait()
 
 
+def test_the_list_says_that_it_is_empty() -> None:
+    done = llfsm("whiteboard", "list")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "no run has a whiteboard\n")
+
+
 @pytest.mark.slow
 def test_the_command(capsys: pytest.CaptureFixture[str]) -> None:
     with served(load_arrangement(LIGHTS), "lights") as loop:

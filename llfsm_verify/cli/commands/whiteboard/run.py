@@ -8,6 +8,7 @@ from contextlib import suppress
 
 from llfsm_verify.cli.arguments import assignments
 from llfsm_verify.cli.io.decided import say_results
+from llfsm_verify.cli.io.output import tell
 from llfsm_verify.cli.parser import UsageError, wrong_usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.runtime.live import ABSENT
@@ -55,7 +56,10 @@ def _asked(board: Whiteboard, options: Namespace) -> int:
 
 
 def _list() -> None:
-    for name in names():
+    found = names()
+    if not found:
+        tell("no run has a whiteboard")
+    for name in found:
         try:
             with Whiteboard(name) as board:
                 view = board.view()
