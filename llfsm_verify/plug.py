@@ -3,7 +3,8 @@
 An engine, a kind of port, a reader and a writer of arrangements, a report, a reader of logs, a format of timelines, a
 drawing, a command and a front end of the debugger each have a registry, an entry and a protocol here (docs/plugs.md).
 As in the front door, each name is imported when it is first asked for. Lint rules have no registry, and targets do not
-exist yet.
+exist yet. The functions beside these (`find_accepting_lasso`, `mask`, `moves_of` and others), which the examples use,
+may change.
 """
 
 from __future__ import annotations
