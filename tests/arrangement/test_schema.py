@@ -199,3 +199,34 @@ def test_reader_and_schema_agree_on_random_documents() -> None:
             taken += 1
             schema.validate(found)
     assert taken > 50 and refused > 100
+
+
+def small(machine: str = "m", slot: str = "lit", kind: str = "Pair", **changes: Any) -> dict[str, Any]:
+    """An arrangement with these names."""
+    return {
+        "types": {kind: {"record": {"a": "bool", "b": "bool"}}},
+        "whiteboard": {slot: {"type": kind, "init": {"a": True, "b": False}}},
+        "machines": {machine: {"inline": {"machine": "m", "initial": "A", "states": [{"name": "A"}]}}},
+        "schedule": [machine],
+        **changes,
+    }
+
+
+@pytest.mark.parametrize("name", ["1m", "a b", "", "é"])
+@pytest.mark.parametrize("place", ["machine", "slot", "kind"])
+def test_names_are_those_that_the_reader_takes(place: str, name: str) -> None:
+    validator("arrangement").validate(small())
+    build_arrangement(small())
+    wrong = small(**{place: name})
+    assert not validator("arrangement").is_valid(wrong)
+    with pytest.raises(DiagnosticError):
+        build_arrangement(wrong)
+
+
+def test_codes_of_lint_that_there_are_not_are_refused() -> None:
+    for code, taken in (("L001", True), ("L999", False)):
+        document = small(lint={code: "a reason"})
+        assert validator("arrangement").is_valid(document) is taken
+        if not taken:
+            with pytest.raises(DiagnosticError):
+                build_arrangement(document)
