@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from llfsm_verify.analysis.vacuity.check import LEAST, check_vacuity, look_for_escape, share_of
+from llfsm_verify.analysis.vacuity.check import ESCAPE_LEAST, check_vacuity, look_for_escape, share_of
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.engine import Explored, Given, Holds, Session, Start, Unknown, Violated
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
@@ -326,7 +326,8 @@ class _Check:
     ) -> Iterator[tuple[PropertyResult, ...]]:
         options, problem, possible = self._options, self._problem, self._possible(session)
         if problem.assumptions and possible and any(r.verdict is Verdict.HOLDS for r in results):
-            self._escape = look_for_escape(explored, self._replayer, problem, share_of(options, self._budget, LEAST))
+            budget = share_of(options, self._budget, ESCAPE_LEAST)
+            self._escape = look_for_escape(explored, self._replayer, problem, budget)
         results = check_vacuity(explored, possible, problem, self._goals, results, options, self._budget, self._escape)
         yield results
         if options.witnesses:

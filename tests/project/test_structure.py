@@ -50,6 +50,21 @@ def test_no_engine_is_known_by_its_name():
     assert known == {}
 
 
+def constants_twice(tree: ast.Module) -> list[str]:
+    """Constants that a module assigns again: whoever imports them gets the last one."""
+    targets = [t for s in tree.body if isinstance(s, ast.Assign) for t in s.targets]
+    names = [
+        n.id for t in targets for n in ast.walk(t) if isinstance(n, ast.Name) and n.id[0].isalpha() and n.id.isupper()
+    ]
+    return sorted({name for name in names if names.count(name) > 1})
+
+
+@pytest.mark.slow
+def test_no_module_has_two_constants_of_one_name():
+    assert constants_twice(ast.parse("A = 1\nB, A = 2, 3\n")) == ["A"]
+    assert {m: t for m, path in structure.modules().items() if (t := constants_twice(structure.parsed(path)))} == {}
+
+
 @pytest.mark.slow
 def test_limits_are_asked_of_the_budget_in_force():
     trees = [structure.parsed(path) for path in structure.modules().values()]

@@ -85,7 +85,7 @@ class Letters:
         return all(evaluate(formula.args[0], (), (letter,)) for letter in self._letters)
 
 
-LEAST = 2.0
+ESCAPE_LEAST = 2.0
 """Seconds that looking may take at least, without being asked for: it is one search of what was searched before."""
 NOT_LOOKED = "whether the arrangement escapes the assumptions was not examined"
 

@@ -221,7 +221,7 @@ def test_strict_is_no_pass(accepted: frozenset[str], code: int) -> None:
 
 
 def test_without_an_option_it_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(harness, "LEAST", 600.0)  # nothing is to depend on the clock
+    monkeypatch.setattr(harness, "ESCAPE_LEAST", 600.0)  # nothing is to depend on the clock
     assert steps_of(checked(WORKS, "G F t.ran", Options(Limits(max_states=10_000)))) == 1
 
 
