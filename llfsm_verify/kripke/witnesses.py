@@ -113,7 +113,7 @@ class GraphWitnesses:
         raise NoWitness(f"no step from node {source} shows that letter")
 
     def along(self, path: Sequence[int]) -> list[Move]:
-        """The moves along a path of the graph. Raises NoWitness when there are none for an edge."""
+        """The moves along a path of the graph. NoWitness: an edge has no moves."""
         return [move for source, target in pairwise(path) for move in self.step(source, target, None)]
 
     def fault(self, source: int, faults: Collection[int]) -> tuple[int, Move]:

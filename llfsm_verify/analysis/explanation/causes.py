@@ -248,8 +248,8 @@ SMALL_SETS = 3
 def changes(monitor: PrefixMonitor, keys: Sequence[str], letters: Sequence[Letter]) -> frozenset[str]:
     """The atoms in the least sets of atoms whose change in the last of `letters`, a bad prefix, makes it none.
 
-    With them changed a machine is still in one state at a time. Empty: whatever the letter had shown, or the first
-    letter closes the prefix already before it is read.
+    With them changed a machine is still in one state at a time. Empty: what the letter shows does not matter, or the
+    prefix is closed before its first letter.
     """
     state = _before_last(monitor, keys, letters)
     if state is None or not letters:

@@ -269,7 +269,7 @@ BOUNDS = (1, 4, 16, 64)
 class Plan:
     """How a goal is proved.
 
-    `prefixes`: no bad prefix, unless there are none to look for. `alone`: then nothing else is left to prove.
+    `prefixes`: no run has a bad prefix, where the goal has bad prefixes. `alone`: that is all there is to prove.
     `automata` with the letters `fair`: no run of all of them forever; under assumptions that is enough by itself.
     `atoms` are all that a proof reads.
     """

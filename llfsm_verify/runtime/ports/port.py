@@ -150,7 +150,7 @@ PORTS: Registry[Kind] = Registry(
 
 
 def whole_number(report: Report, found: Mapping[str, Node], key: str, low: int, high: int, default: int) -> int | None:
-    """The number under a key, or the default where there is none; None: it is wrong, which was reported."""
+    """The number under a key, or the default where the key is missing; None: it is wrong, which was reported."""
     if key not in found:
         return default
     scalar = report.scalar(found[key], f"`{key}`")

@@ -84,7 +84,7 @@ def _unused(options: Namespace) -> dict[str, bool]:
 
 
 def save_invariants(options: Namespace, result: Result) -> None:
-    """Write the proofs of a result; where there are none, only say so. DiagnosticError (E452)."""
+    """Write the proofs of a result, or say that it has no proof. DiagnosticError (E452)."""
     from llfsm_verify.engines.inductive.recheck import saved_text
 
     if not any((*(p.proofs for p in result.properties), result.faults.proofs)):
