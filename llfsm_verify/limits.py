@@ -97,19 +97,25 @@ class Budget:
         return None if self._limits.timeout is None else max(self._limits.timeout - self.seconds, 0.0)
 
     def grant(self, seconds: float) -> None:
-        """Allow `seconds` from now, even beyond the time limit."""
-        self._granted = time.monotonic() + seconds
+        """Allow work until so many seconds after the time limit, whenever it is granted."""
+        self._granted = seconds
 
     def check(self, more: int = 0) -> None:
         """Raises LimitReached when the time or the memory is used up, or would be with `more` bytes."""
-        if self._is_late and time.monotonic() > self._granted:
-            whole = self._limits.timeout if self._limits.whole is None else self._limits.whole
-            raise LimitReached(f"the time limit of {whole:g} s was reached")
+        self.check_time()
         if memory_in_use() + more > self._memory:
             raise LimitReached(f"the memory limit of {self._memory / 2**20:,.0f} MiB was reached")
 
+    def check_time(self) -> None:
+        """Raises LimitReached when the time is used up, with what was granted beyond the limit."""
+        limit = self._limits.timeout
+        if limit is not None and self.seconds > limit + self._granted:
+            whole = limit if self._limits.whole is None else self._limits.whole
+            raise LimitReached(f"the time limit of {whole:g} s was reached")
+
     @property
-    def _is_late(self) -> bool:
+    def is_late(self) -> bool:
+        """The time limit was reached; perhaps more was granted."""
         return self._limits.timeout is not None and self.seconds > self._limits.timeout
 
     def tick(self) -> None:
@@ -119,8 +125,8 @@ class Budget:
             self.check()
             if self._pulse is not None:
                 self._pulse()
-        elif self._ticks % LOOKS == 0 and self._is_late:
-            self.check()
+        elif self._ticks % LOOKS == 0:
+            self.check_time()
 
     def narrowed(self, max_states: int, max_steps: int) -> Budget:
         """The same budget for a part of the work, which explores no more than this."""

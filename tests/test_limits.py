@@ -59,15 +59,28 @@ def test_the_time_is_up_after_the_limit(machine: Machine) -> None:
         budget.check()
 
 
-def test_what_is_granted_counts_from_now(machine: Machine) -> None:
+def test_what_is_granted_counts_from_the_limit_however_often_and_late_it_is_granted(machine: Machine) -> None:
     budget = Budget(Limits(timeout=1.0))
-    machine.seconds += 10
-    budget.grant(2.0)
     machine.seconds += 2
+    assert budget.is_late
+    budget.grant(2.0)
     budget.check()
+    machine.seconds += 1
+    budget.grant(2.0)
+    budget.check_time()
+    assert budget.left == 0.0
     machine.seconds += 0.25
+    for check in (budget.check, budget.check_time):
+        with pytest.raises(LimitReached, match=r"^the time limit of 1 s was reached$"):
+            check()
+    budget.grant(3.0)
+    budget.check()
+    budget.grant(0.0)
     with pytest.raises(LimitReached):
         budget.check()
+    endless = Budget(Limits())
+    endless.check_time()
+    assert not endless.is_late
 
 
 def test_the_limit_that_users_know_is_named(machine: Machine) -> None:

@@ -149,6 +149,12 @@ class Session(ABC):
         """What is known of a goal: runs that violate it, those first that are preferred, and what is to be said where
         none of them is confirmed. At least one answer; after a `Holds` or `Unknown` nothing more is asked for."""
 
+    def length(self, goal: Goal | None) -> int | None:
+        """About how many steps a run has that violates a goal, or faults (None), where one was found that takes time to
+        be made. After a time limit short ones are asked for first, and what is not given is said to be found."""
+        del goal
+        return None
+
     @abstractmethod
     def fault_runs(self) -> Iterable[tuple[int, Violated]]:
         """Runs that end in a fault, with its number in the program, those of one fault that are preferred first."""

@@ -65,7 +65,7 @@ class Explorer:
         if chains and program.observe == "cycle":
             raise ValueError("there are no chains of whole cycles")
         self.program = program
-        self._budget = budget
+        self.budget = budget
         self._report = report
         self.labels = labels
         explored = program if labels is None else labels.program
@@ -120,14 +120,14 @@ class Explorer:
 
         The graph says which: `complete`, or `stopped` with the reason. Raises KeyboardInterrupt between portions.
         """
-        graph, most = self.graph, self._budget.max_states
-        limits = [n for n in (most_steps, self._budget.max_steps) if n is not None]
+        graph, most = self.graph, self.budget.max_states
+        limits = [n for n in (most_steps, self.budget.max_steps) if n is not None]
         while graph.stopped is None and not graph.exhausted:
             if target is not None and graph.count >= target:
                 return
             goal = MAX_NODES if target is None else target
             try:
-                self._budget.check()
+                self.budget.check()
                 if most is not None and graph.configurations > most:
                     raise LimitReached(reached(most, "configurations"))
                 # Of whole cycles, nodes are more than configurations.
@@ -184,7 +184,7 @@ class Explorer:
             return self.counted
         try:
             self._tables.block[b.EXPAND] = self._native.expand_address
-            self._chains.count(self._tables.block, self._budget, self._serve_count)
+            self._chains.count(self._tables.block, self.budget, self._serve_count)
         except LimitReached:
             return False
         self._counted = True
@@ -195,7 +195,7 @@ class Explorer:
         if code == b.BROKEN:
             raise BrokenProgramError(self.program.name)
         if code == b.ROOM_GROUP:
-            self._tables.make_room(code, self._budget)
+            self._tables.make_room(code, self.budget)
         self._tables.block[b.PORTION_EDGES] = self._portion = min(2 * self._portion, LARGEST_PORTION)
         if self._report is not None:
             self._report(self.graph)
@@ -209,7 +209,7 @@ class Explorer:
         )  # fmt: skip
         try:
             while self._kernels.run("cycle_pairs", ctypes.addressof(block)) == b.PORTION:
-                self._budget.check()
+                self.budget.check()
         except LimitReached as error:
             graph.complete, graph.stopped = False, str(error)
         else:
@@ -236,7 +236,7 @@ class Explorer:
         tables.sound = True  # limits are looked at before anything is changed
         if block[b.SOURCE_EDGES] > MAX_STEPS:
             raise LimitReached(self._too_many_steps())
-        tables.make_room(code, self._budget)
+        tables.make_room(code, self.budget)
 
     def drop_edges(self) -> None:
         """Store no edges from now on, and give the memory of those stored back; letters are numbered as before.
@@ -297,4 +297,4 @@ class Explorer:
         found = Numbers.of_header(numbers, len(self._native.program.faults))
         if self.labels is not None and found.faults[self.labels.unknown] >= 0:
             raise Unusable("it is damaged")
-        self._tables.restore(found, read, self._budget)
+        self._tables.restore(found, read, self.budget)

@@ -8,7 +8,7 @@ What only some checks need (explanations, witnesses, more counterexamples) is im
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from llfsm_verify.analysis.vacuity.check import ESCAPE_LEAST, check_vacuity, look_for_escape, share_of
@@ -39,8 +39,9 @@ from llfsm_verify.checking.verdict import (
 from llfsm_verify.limits import Budget, LimitReached, unlimited
 from llfsm_verify.stages import stage
 
-GRACE = 5.0
-"""Seconds beyond the time limit in which violations already found are confirmed."""
+GRACE = 1.0
+"""Seconds beyond the time limit until which violations already found are confirmed, then explained. As long is left
+until two seconds for what cannot be stopped, and for printing (docs/decisions/0062-time-limits.md)."""
 INTERRUPTED, NO_MEMORY = "interrupted", "the memory ran out"
 STOPS = (KeyboardInterrupt, LimitReached, MemoryError)
 """What may end any piece of an engine's work."""
@@ -105,17 +106,18 @@ class _Check:
                 session.search()
         except STOPS as stop:
             self._why = self._stopped(stop)
-        self._budget.grant(GRACE)
         if session is None:
             return self._unanswered()
+        self._budget.grant(GRACE)
         try:
             session.ended(self._why)
         except STOPS as stop:
             self._stopped(stop)
-        self._budget.grant(GRACE)
-        properties = tuple(self._property(session, goal) for goal in self._goals)
+        answered = self._properties(session)
         faults = self._faults(session)
         self._tell(FAULTS, faults.verdict)
+        properties = self._explained(answered)
+        self._budget.grant(0.0)
         if examine:
             try:
                 for extended in self._extended(session, properties):
@@ -215,16 +217,26 @@ class _Check:
             self._told.add(name)
             tell(EarlyVerdict(name, verdict, self._name))
 
-    def _property(self, session: Session, goal: Goal) -> PropertyResult:
-        """What is known of a goal, told as soon as it is."""
-        result = self._answered(session, goal)
-        if result.verdict is Verdict.UNKNOWN and goal.line.name in self._early:
-            result = self._violated(goal, self._early[goal.line.name])
-        if OPEN.isdisjoint(result.notes):
-            self._tell(result.name, result.verdict)
-        return result
+    def _properties(self, session: Session) -> list[PropertyResult | ReplayedRun]:
+        """What is known of the goals, or the run that violates them, told as soon as it is. After the time limit runs
+        that are found to be short are performed first."""
+        answered: list[PropertyResult | ReplayedRun] = [self._said(goal, Verdict.UNKNOWN) for goal in self._goals]
+        order = list(enumerate(self._goals))
+        if self._budget.is_late:
+            order.sort(key=lambda each: session.length(each[1]) or 0)
+        for at, goal in order:
+            result = self._answered(session, goal)
+            if isinstance(result, PropertyResult) and result.verdict is Verdict.UNKNOWN:
+                result = self._early.get(goal.line.name, result)
+            if isinstance(result, ReplayedRun):
+                self._tell(goal.line.name, Verdict.VIOLATED)
+            elif OPEN.isdisjoint(result.notes):
+                self._tell(result.name, result.verdict)
+            answered[at] = result
+        return answered
 
-    def _answered(self, session: Session, goal: Goal) -> PropertyResult:
+    def _answered(self, session: Session, goal: Goal) -> PropertyResult | ReplayedRun:
+        """What is known of a goal, or a run that violates it, performed."""
         reason: str | None = None
         """Why it is not known; nothing holds beside a run that was not confirmed."""
         try:
@@ -232,15 +244,17 @@ class _Check:
                 match answer:
                     case Violated():
                         try:
+                            self._budget.check_time()
                             replayed = self._replayer.violation(goal, answer)
                         except (*STOPS, Unconfirmed) as stop:
                             reason = self._unconfirmed(stop)
                             continue
-                        try:
-                            replayed = self._replayer.steady(goal, answer, replayed)
-                        except STOPS as stop:  # the violation is confirmed as it is
-                            self._stopped(stop)
-                        return self._violated(goal, replayed)
+                        if not self._budget.is_late:
+                            try:
+                                replayed = self._replayer.steady(goal, answer, replayed)
+                            except STOPS as stop:  # the violation is confirmed as it is
+                                self._stopped(stop)
+                        return replayed
                     case Holds():
                         if reason is None:
                             return self._held(session, goal, answer)
@@ -251,17 +265,26 @@ class _Check:
                             self.refuted.add(goal.line.name)
                         break
         except STOPS as stop:
-            why = self._stopped(stop)
+            why = self._ended(stop, session.length(goal))
             reason = reason or why
         return self._said(goal, Verdict.UNKNOWN, reason=reason or "the engine does not say")
 
-    def _violated(self, goal: Goal, replayed: ReplayedRun) -> PropertyResult:
-        from llfsm_verify.analysis.explanation.explain import explain, hints
+    def _explained(self, answered: Sequence[PropertyResult | ReplayedRun]) -> tuple[PropertyResult, ...]:
+        """The results, with explanations of the violations as far as there is time."""
+        pairs = zip(answered, self._goals, strict=True)
+        return tuple(r if isinstance(r, PropertyResult) else self._violated(goal, r) for r, goal in pairs)
 
+    def _violated(self, goal: Goal, replayed: ReplayedRun) -> PropertyResult:
+        from llfsm_verify.analysis.explanation.explain import explain, hints, unexplained
+
+        said = self._said(goal, Verdict.VIOLATED)
+        try:
+            self._budget.check_time()
+        except LimitReached as limit:
+            return replace(said, trace=unexplained(replayed.trace, limit))
         with stage("explaining violations"):
             trace = explain(replayed, goal, self._problem)
-        notes = (*_notes(goal, replayed), *hints(trace, self._problem, goal.line))
-        return replace(self._said(goal, Verdict.VIOLATED), trace=trace, notes=notes)
+        return replace(said, trace=trace, notes=(*_notes(goal, replayed), *hints(trace, self._problem, goal.line)))
 
     def _held(self, session: Session, goal: Goal, answer: Holds) -> PropertyResult:
         notes = {True: (), False: (NO_RUN,), None: (PERHAPS_NO_RUN,)}[self._possible(session)]
@@ -270,6 +293,10 @@ class _Check:
     def _possible(self, session: Session) -> bool | None:
         """Whether some run satisfies the assumptions."""
         return session.possible() if self._problem.assumptions else True
+
+    def _ended(self, stop: BaseException, found: int | None) -> str:
+        """Why an answer is not known; `found`: the length of a run that the engine has not given."""
+        return self._stopped(stop) if found is None else self._unconfirmed(stop)
 
     def _unconfirmed(self, stop: BaseException) -> str:
         """A violation that the executor has not performed is not shown."""
@@ -283,6 +310,7 @@ class _Check:
             for number, run in session.fault_runs():
                 if number not in findings:
                     try:
+                        self._budget.check_time()
                         trace = self._replayer.fault(number, run)
                     except (*STOPS, Unconfirmed) as stop:
                         reason = self._unconfirmed(stop)
@@ -291,7 +319,7 @@ class _Check:
                     findings[number] = FaultFinding(trace.fault, trace)
             answer = session.faults()
         except STOPS as stop:
-            why = self._stopped(stop)
+            why = self._ended(stop, session.length(None))
             reason = reason or why
         if not findings and self._early_fault is not None:
             return FaultResult(Verdict.VIOLATED, (self._early_fault,))

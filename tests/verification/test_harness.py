@@ -13,7 +13,7 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.checking.verdict import PERHAPS_NO_RUN, Exploration, Options, Result, Verdict
 from llfsm_verify.diagnostics import Disagreement, Source
-from llfsm_verify.limits import LimitReached
+from llfsm_verify.limits import LimitReached, Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.verification import harness
 from llfsm_verify.verification.verify import verify
@@ -68,7 +68,12 @@ class Sure(Session):
         self.closed = True
 
 
-def check(session: type[Session], *told: object, text: str = "a: G !(ns@GREEN && ew@GREEN)") -> tuple[Result, Session]:
+def check(
+    session: type[Session],
+    *told: object,
+    text: str = "a: G !(ns@GREEN && ew@GREEN)",
+    options: Options = Options(),  # noqa: B008 - it is frozen
+) -> tuple[Result, Session]:
     made: list[Session] = []
 
     def start(given: Given) -> Session:
@@ -76,7 +81,7 @@ def check(session: type[Session], *told: object, text: str = "a: G !(ns@GREEN &&
         return made[-1]
 
     problem = bind(load_arrangement("models/traffic_lights/arrangement.yaml"), parse_properties([Source("p", text)]))
-    return harness.check("sure", start, problem, Options()), made[0]
+    return harness.check("sure", start, problem, options), made[0]
 
 
 @pytest.mark.parametrize("stop", STOPS, ids=lambda s: type(s).__name__)
@@ -152,6 +157,76 @@ class Halting(Prefix):
 def test_ctrl_c_after_a_run_that_is_not_confirmed_is_not_forgotten() -> None:
     result, _ = check(Halting, text="assume x: G car\na: G car")
     assert result.interrupted and (result.properties[0].reason or "").startswith("a violation was found, but not")
+
+
+class Clock:
+    """What every budget takes for the time since it was made."""
+
+    seconds = 0.0
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    made = Clock()
+    monkeypatch.setattr("llfsm_verify.limits.Budget.seconds", property(lambda _: made.seconds))
+    return made
+
+
+class Late(Sure):
+    """Finds a violation of each property; its search, and each run, take some time."""
+
+    def __init__(self, given: Given, clock: Clock, search: float, run: float, lengths: dict[str, int]) -> None:
+        super().__init__(given)
+        self._clock, self._search, self._run, self._lengths = clock, search, run, lengths
+        self._budget = given.budget
+        self.asked: list[str] = []
+
+    def search(self) -> None:
+        self._clock.seconds += self._search
+
+    def length(self, goal: Goal | None) -> int | None:
+        return None if goal is None else self._lengths.get(goal.line.name)
+
+    def answers(self, goal: Goal) -> Iterator[Answer]:
+        if goal.line.name not in self._lengths:
+            yield Holds()
+            return
+        self.asked.append(goal.line.name)
+        self._budget.check_time()
+        self._clock.seconds += self._run
+        yield Violated(Schedule((), (), None))
+
+
+THREE = "a: G car\nb: G car\nc: G car\nd: G !(ns@GREEN && ew@GREEN)"
+LENGTHS = {"a": 30, "b": 10, "c": 20}
+LIMITED = Options(Limits(timeout=5.0))
+IN_VAIN = "a violation was found, but not confirmed: the time limit of 5 s was reached"
+
+
+def test_after_the_time_limit_short_runs_are_confirmed_as_long_as_there_is_time(clock: Clock) -> None:
+    """Of runs that take 0.4 s each, two fit: the third begins, and is not performed any more."""
+    result, session = check(Late, clock, 5.1, 0.4, LENGTHS, text=THREE, options=LIMITED)
+    assert isinstance(session, Late)
+    assert session.asked == ["b", "c", "a"]
+    a, b, c, d = result.properties
+    assert [b.verdict, c.verdict, d.verdict] == [Verdict.VIOLATED, Verdict.VIOLATED, Verdict.HOLDS]
+    assert (a.verdict, a.reason) == (Verdict.UNKNOWN, IN_VAIN)
+    assert "of what was not found out (the time limit of 5 s was reached)" == b.trace.because == c.trace.because
+
+
+def test_before_the_time_limit_runs_are_confirmed_in_the_order_of_the_properties(clock: Clock) -> None:
+    result, session = check(Late, clock, 4.0, 0.4, LENGTHS, text=THREE, options=LIMITED)
+    assert isinstance(session, Late)
+    assert session.asked == ["a", "b", "c"]
+    assert [p.verdict for p in result.properties[:3]] == [Verdict.VIOLATED] * 3
+    assert all(p.trace is not None and "not found out" not in p.trace.because for p in result.properties[:3])
+
+
+def test_where_the_search_itself_ends_late_what_was_found_is_said(clock: Clock) -> None:
+    result, _ = check(Late, clock, 9.0, 0.4, LENGTHS, text=THREE, options=LIMITED)
+    assert [p.reason for p in result.properties] == [IN_VAIN, IN_VAIN, IN_VAIN, None]
+    assert result.properties[3].verdict is Verdict.HOLDS
+    assert clock.seconds == 9.0
 
 
 class Counting(Sure):

@@ -43,8 +43,13 @@ def explain(replayed: ReplayedRun, goal: Goal, problem: Problem) -> Trace:
         trace = replace(trace, failed_at=letter_steps(trace)[len(letters) - 1] if loop is None else None)
         pairs, why = _explanation(trace, letters, loop, goal, problem)
     except (AutomatonTooLarge, ExpressionTooLarge, LimitReached, Unconfirmed) as limit:
-        return replace(trace, because=f"of what was not found out ({limit})")
+        return unexplained(trace, limit)
     return mark_causes(trace, pairs, replayed.letters, why, problem)
+
+
+def unexplained(trace: Trace, limit: Exception) -> Trace:
+    """`trace` with a reason that only says why none was found."""
+    return replace(trace, because=f"of what was not found out ({limit})")
 
 
 def mark_causes(trace: Trace, pairs: Iterable[Pair], letters: Sequence[Letter], why: str, problem: Problem) -> Trace:

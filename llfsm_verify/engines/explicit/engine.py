@@ -175,7 +175,7 @@ class ExplicitSession(Session):
             self._check_labels()
         running = self._running
         names, faults = running.violated, running.search.graph.faults
-        if running is not self._plain and (names or faults):
+        if running is not self._plain and (names or faults) and not self._budget.is_late:
             most = max(REPEATED_LEAST, REPEATED * len(running.search.graph))
             plain = self._unreduced()
             self._check_labels()
@@ -255,8 +255,18 @@ class ExplicitSession(Session):
 
     # -------------------------------------------------- answers
 
+    def length(self, goal: Goal | None) -> int | None:
+        if goal is None:
+            return 0 if any(found.search.graph.faults for found in self._all()) else None
+        index = self._index(goal)
+        walks = (found.search.tasks[index].violation for found in self._all())
+        return next((len(walk.nodes) for walk in walks if walk is not None), None)
+
+    def _index(self, goal: Goal) -> int:
+        return next(i for i, other in enumerate(self._goals) if other is goal)
+
     def answers(self, goal: Goal) -> Iterator[Answer]:
-        index = next(i for i, other in enumerate(self._goals) if other is goal)
+        index = self._index(goal)
         for found in self._all():
             walk = found.search.tasks[index].violation
             if walk is not None:
@@ -270,7 +280,9 @@ class ExplicitSession(Session):
             yield Unknown(task.reason or self._why_unknown(decisive.graph))
 
     def _perform(self, what: str) -> None:
-        """Say that what was found is performed now, which takes a while where runs are long."""
+        """Say that what was found is performed now, which takes a while where runs are long. LimitReached: it is not,
+        since the time is over."""
+        self._budget.check_time()
         self._running.search.doing = f"performing a run that {what}"
         self.pulse()
 

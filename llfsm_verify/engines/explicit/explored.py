@@ -15,7 +15,8 @@ from llfsm_verify.checking.replay.confirm import Letter
 from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.lassos import Walk
-from llfsm_verify.limits import LimitReached
+from llfsm_verify.limits import LimitReached, tick
+from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
 
 if TYPE_CHECKING:
@@ -35,8 +36,10 @@ class Schedules:
 
     def of_walk(self, walk: Walk) -> Violated:
         """A walk that a search has found."""
-        pairs = zip(walk.nodes, walk.nodes[1:], walk.letters, strict=False)
-        parts = [self._explorer.witnesses.step(source, target, letter) for source, target, letter in pairs]
+        parts: list[list[Move]] = []
+        for source, target, letter in zip(walk.nodes, walk.nodes[1:], walk.letters, strict=False):
+            tick()
+            parts.append(self._explorer.witnesses.step(source, target, letter))
         loop = None if walk.loop is None else sum(len(p) for p in parts[: walk.loop])
         if walk.ends is not None:
             parts.append(self._explorer.witnesses.letter(walk.nodes[-1], walk.ends))

@@ -27,6 +27,9 @@ from llfsm_verify.limits import LimitReached
 from llfsm_verify.program.program import Unbounded
 from llfsm_verify.stages import stage
 
+LAST_LOOK = 0.5
+"""Seconds beyond the time limit until which properties are looked for in what was explored."""
+
 
 @dataclass(slots=True)
 class Task:
@@ -97,6 +100,8 @@ class Search:
             goal = self.target if self.tasks else most
             self.explorer.explore(goal if most is None or goal is None else min(goal, most))
             if self.graph.exhausted or self.graph.stopped or len(self.graph) >= self.target:
+                if self.graph.stopped:
+                    self.explorer.budget.grant(LAST_LOOK)
                 if self.graph.faults or self.complete:
                     self._found(None)
                 self._look_at(self.tasks)
@@ -139,6 +144,7 @@ class Search:
         task.clean, task.reason = None, None
         self.doing = f"looking for violations of {task.name}"
         try:
+            self.explorer.budget.check_time()
             with stage(f"looking for violations of {task.name}"):
                 task.violation = self._violation(task)
             if task.violation is None:

@@ -9,7 +9,9 @@ from llfsm_verify.checking.verdict import Options, Progress, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit import engine as explicit
 from llfsm_verify.engines.explicit.options import ExplicitOptions
+from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.verification.verify import verify
 
@@ -92,3 +94,30 @@ def test_sizes_are_those_of_the_largest_search(monkeypatch):
 
 def interrupted(self: object, target: int | None) -> None:
     raise KeyboardInterrupt
+
+
+def test_after_the_time_limit_what_was_explored_is_looked_at_for_a_moment(monkeypatch):
+    """Each look takes 0.3 s here: two fit."""
+    seconds, looked = 0.0, []
+    look, explore = Search._violation, Explorer.explore
+
+    def looks(search, task, *rest):
+        nonlocal seconds
+        seconds += 0.3
+        looked.append(task.name)
+        return look(search, task, *rest)
+
+    def explores(explorer, *rest):
+        nonlocal seconds
+        explore(explorer, 500)
+        seconds = max(seconds, 5.1)
+        explore(explorer, *rest)
+
+    monkeypatch.setattr(Search, "_violation", looks)
+    monkeypatch.setattr(Explorer, "explore", explores)
+    monkeypatch.setattr(Budget, "seconds", property(lambda _: seconds))
+    properties = parse_properties([Source("p.ltl", "p: G !f\nq: G v < 50\nr: G v < 60\ns: G u < 70")])
+    result = verify(load_arrangement_text(WIDE), properties, Options(Limits(timeout=5.0)), engine="explicit")
+    assert looked == ["p", "q"]
+    assert [p.verdict for p in result.properties] == [Verdict.UNKNOWN, Verdict.VIOLATED, *[Verdict.UNKNOWN] * 2]
+    assert {p.reason for p in result.properties} == {None, "the time limit of 5 s was reached"}
