@@ -72,7 +72,7 @@ class Budget:
         self._ticks = 0
         self._granted = 0.0
         self._memory = limits.memory if limits.memory is not None else default_memory()
-        self._tokens: list[Token[Callable[[], None]]] = []
+        self._tokens: list[tuple[Token[Callable[[], None]], Token[Budget | None]]] = []
 
     @property
     def seconds(self) -> float:
@@ -90,6 +90,11 @@ class Budget:
     @property
     def max_work(self) -> int | None:
         return self._limits.max_work
+
+    @property
+    def has_end(self) -> bool:
+        """There is a time limit."""
+        return self._limits.timeout is not None
 
     @property
     def left(self) -> float | None:
@@ -137,11 +142,13 @@ class Budget:
 
     def __enter__(self) -> Self:
         """Put it in force: `tick()` asks it."""
-        self._tokens.append(_TICK.set(self.tick))
+        self._tokens.append((_TICK.set(self.tick), _BUDGET.set(self)))
         return self
 
     def __exit__(self, *_: object) -> None:
-        _TICK.reset(self._tokens.pop())
+        ticks, budget = self._tokens.pop()
+        _TICK.reset(ticks)
+        _BUDGET.reset(budget)
 
 
 def _nothing() -> None:
@@ -150,6 +157,12 @@ def _nothing() -> None:
 
 _TICK: ContextVar[Callable[[], None]] = ContextVar("tick", default=_nothing)
 """What `tick` calls."""
+_BUDGET: ContextVar[Budget | None] = ContextVar("budget", default=None)
+
+
+def budget_in_force() -> Budget | None:
+    """That of the innermost `with`; None: there is none, or the work is unlimited."""
+    return _BUDGET.get()
 
 
 def tick() -> None:
@@ -176,11 +189,12 @@ def ticking(call: Callable[[], None]) -> Iterator[None]:
 @contextmanager
 def unlimited() -> Iterator[None]:
     """Within, no budget is in force: for short work whose result is wanted in any case."""
-    token = _TICK.set(_nothing)
+    tokens = _TICK.set(_nothing), _BUDGET.set(None)
     try:
         yield
     finally:
-        _TICK.reset(token)
+        _TICK.reset(tokens[0])
+        _BUDGET.reset(tokens[1])
 
 
 def endless_budget() -> Budget:

@@ -3,6 +3,7 @@ and the limits of the work."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
@@ -87,7 +88,8 @@ def property_sources(options: Namespace) -> list[Source]:
     return sources
 
 
-def limits_of(options: Namespace, seconds: float = 0.0) -> Limits:
-    """What --max-states, --memory and --timeout allow, as far as the command has them, after so many seconds."""
+def limits_of(options: Namespace) -> Limits:
+    """What --max-states, --memory and --timeout allow, as far as the command has them, since it began."""
     states, memory, timeout = (getattr(options, name, None) for name in ("max_states", "memory", "timeout"))
-    return Limits(states, memory, None if timeout is None else max(timeout - seconds, 0.0))
+    left = None if timeout is None else max(timeout - (time.perf_counter() - options.started), 0.0)
+    return Limits(states, memory, timeout).within(left)

@@ -9,6 +9,7 @@ from llfsm_verify.language import types as lt
 from llfsm_verify.language.typed import Assign, Choose, Command, Declare, For, IfElse, Index, Read, ReadLocal, Statement
 from llfsm_verify.language.typed import Local as TypedLocal
 from llfsm_verify.language.types import digits_of
+from llfsm_verify.limits import tick
 from llfsm_verify.program.program import Const, Expr, Let, OpName, Set
 from llfsm_verify.program.terms import TRUE, TooWideError, const
 from llfsm_verify.semantics.commands import command
@@ -20,6 +21,7 @@ from llfsm_verify.semantics.vocabulary import emit
 
 def run(code: Code, statements: tuple[Statement, ...]) -> None:
     """Append the statements' code."""
+    tick()
     for statement in statements:
         _statement(code, statement)
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.verdict import FAULTS, Attempt, FaultResult, Options, PropertyResult, Result, Verdict
 from llfsm_verify.collector import collect_everything
-from llfsm_verify.limits import reached
+from llfsm_verify.limits import Budget, LimitReached, reached
 from llfsm_verify.program.program import Program, Unbounded
 from llfsm_verify.verification.engines import ENGINES, Engines, Turn
 
@@ -60,7 +60,11 @@ class AutoEngine:
             return self._find(sole)(problem, options)
         started = time.monotonic()
         merging = Merging(problem, faults=options.faults)
-        program = problem.program()
+        try:
+            with Budget(options.limits):
+                program = problem.program()
+        except LimitReached:  # the first engine says so
+            return self._find(self._stages[0].engine)(problem, replace(options, limits=options.limits.within(0.0)))
         endless = has_no_bounds(program)
         stopping: dict[str, set[str]] = {}  # by engine: which of our limits stopped it, as it says it
         skips_brief = len(program.slots) > MOST_SLOTS or asks_more(problem, options)

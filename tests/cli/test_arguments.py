@@ -1,13 +1,16 @@
 from __future__ import annotations
 
-from argparse import ArgumentTypeError
+from argparse import ArgumentTypeError, Namespace
+from types import SimpleNamespace
 
 import pytest
 
 from llfsm_verify.checking.engine_option import MOST
+from llfsm_verify.cli import opening
 from llfsm_verify.cli.arguments import positive, property_text, size
 from llfsm_verify.cli.commands import llfsm_parser, verify_parser
 from llfsm_verify.cli.commands.trace.arguments import steps
+from llfsm_verify.limits import Limits
 from llfsm_verify.verification.engines import ENGINES
 from tests.cli.running import LIGHTS, llfsm
 
@@ -35,6 +38,16 @@ def test_a_comment_before_a_property_is_none_of_that():
 def test_a_size_without_a_unit_is_refused_with_the_units(text):
     done = llfsm("verify", LIGHTS, "--memory", text)
     assert done.returncode == 2 and f"has no unit: write {text.strip()}M (MiB)" in " ".join(done.stderr.split())
+
+
+def test_a_time_limit_counts_from_the_beginning_of_the_command(monkeypatch):
+    monkeypatch.setattr(opening, "time", SimpleNamespace(perf_counter=lambda: 107.0))
+    options = Namespace(started=100.0, timeout=10.0, memory=5)
+    assert opening.limits_of(options) == Limits(memory=5, timeout=3.0, whole=10.0)
+    options.timeout = 6.0
+    assert opening.limits_of(options) == Limits(memory=5, timeout=0.0, whole=6.0)
+    options.timeout = None
+    assert opening.limits_of(options) == Limits(memory=5)
 
 
 def test_both_commands_take_the_same_arguments():

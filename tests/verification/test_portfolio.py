@@ -17,7 +17,7 @@ from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.verdict import FaultResult, Options, Progress, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
-from llfsm_verify.limits import Budget, LimitReached, Limits
+from llfsm_verify.limits import Budget, LimitReached, Limits, tick
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification import differential, portfolio
 from llfsm_verify.verification.differential import EnginesDisagree, compare
@@ -341,6 +341,18 @@ def test_no_time_at_all_is_no_interrupt(lights) -> None:
     result = verify(lights, lines("a: G !timer.ran"), Options(Limits(timeout=0.0)), "all")
     assert (verdicts(result), result.exit_code) == (["unknown"], 4)
     assert result.properties[0].reason == "the time limit of 0 s was reached"
+
+
+def test_a_limit_ends_lowering(lights, monkeypatch: pytest.MonkeyPatch) -> None:
+    def endless(*_: object, **__: object) -> None:
+        while True:
+            tick()
+
+    monkeypatch.setattr("llfsm_verify.checking.problem.lower", endless)
+    monkeypatch.setattr(Budget, "seconds", property(lambda _: 9.0))
+    for engine in ("auto", "explicit", "bmc", "pdr"):
+        result = verify(lights, lines("a: G !timer.ran"), Options(Limits(timeout=5.0)), engine)
+        assert result.properties[0].reason == result.faults.reason == "the time limit of 5 s was reached"
 
 
 def test_the_time_limit_that_is_said_is_the_users(lights) -> None:

@@ -216,9 +216,9 @@ def share_of(options: Options, budget: Budget, least: float = LEAST) -> Budget:
     """What one way of looking at passes may take of a check; `least` seconds in any case, without being asked for."""
     share, least = (ASKED_SHARE, ASKED_LEAST) if _asked(options) else (SHARE, least)
     seconds = least + share * budget.seconds
-    if options.limits.timeout is not None:
-        seconds = min(seconds, max(0.0, options.limits.timeout - budget.seconds))
-    return Budget(replace(options.limits, timeout=seconds))
+    if budget.left is not None and budget.left < seconds:
+        return Budget(options.limits.within(budget.left))
+    return Budget(replace(options.limits, timeout=seconds, whole=None))
 
 
 def _asked(options: Options) -> bool:

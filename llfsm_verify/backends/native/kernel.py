@@ -8,6 +8,7 @@ from llfsm_verify.backends.native.code import BROKEN, DECLARATIONS, QUOTIENT, Fu
 from llfsm_verify.backends.native.context import EDGE_HEADER, ENDED, READ, SAMPLES, ContextLayout, statements
 from llfsm_verify.backends.native.layout import WORD_BYTES, Layout
 from llfsm_verify.backends.native.loops import HELPERS, LOOPS, RUN, emit_function, fill
+from llfsm_verify.limits import tick
 from llfsm_verify.program.program import INT64_MAX, Block, Emit, EventKind, Process, Program, Slot
 
 INLINED_LINES = 4000
@@ -66,6 +67,7 @@ class ModuleText:
         """The function of a block, None when it does nothing."""
         if all(isinstance(s, Emit) and s.kind not in self._events for s in statements(block)):
             return None
+        tick()
         writer = self._writer()
         writer.block(block)
         writer.line("ret i32 0")

@@ -1,20 +1,33 @@
-"""The machine code of one LLVM module: compiled, or loaded where an earlier run has kept it (decision 8)."""
+"""The machine code of one LLVM module: compiled, or loaded where an earlier run has kept it (decision 8).
+
+LLVM cannot be interrupted. Where there is a time limit, a process of its own compiles what takes long (decision 62).
+"""
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from importlib import resources
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any, Literal
 
 from llfsm_verify.interrupts import whole
 from llfsm_verify.kept import fingerprint, keep_newest, keeping_meanwhile, kept, place
+from llfsm_verify.limits import budget_in_force
 
 Effort = Literal["quick", "full", "thorough"]
 LEVELS: dict[Effort, int] = {"quick": 0, "full": 1, "thorough": 2}
 SECONDS_A_LINE: dict[Effort, float] = {"quick": 3.5e-6, "full": 50e-6, "thorough": 90e-6}
 """About what a line of LLVM text costs to compile (2 GHz, LLVM 22)."""
+WORTH_A_PROCESS = 0.4
+"""Seconds from which a process compiles, which itself takes 0.2 s to begin, where there is a time limit."""
+LOOK_SECONDS = 0.05
+"""How often the limit is looked at meanwhile."""
 WORTH_KEEPING = 0.1
 """Seconds from which machine code is kept: small modules are compiled faster than many files are looked after."""
 COUNT = 8
@@ -49,8 +62,13 @@ class MachineCode:
                 path = _path(module, effort)
                 found = kept(path)
         if found is None:
+            budget = budget_in_force()
             with keeping_meanwhile():
-                self._engine = _compiled(module, effort, path)
+                if budget is None or not budget.has_end or self.lines * SECONDS_A_LINE[effort] < WORTH_A_PROCESS:
+                    self._engine = _compiled(module, effort, path)
+                else:
+                    made = compiled_apart(module, effort, budget.check_time)
+                    self._engine = _loaded(_kept(path, module, made), effort)
         else:
             self.lines = int.from_bytes(found[:COUNT], "little")
             self._engine = _loaded(found[COUNT:], effort)
@@ -81,9 +99,54 @@ def _compiled(text: str, effort: Effort, path: Path | None) -> Any:
     made: list[bytes] = []
     engine.set_object_cache(lambda _, code: made.append(code))
     engine.finalize_object()
-    lines = text.count("\n").to_bytes(COUNT, "little")
-    keep_newest(path, lines + made[-1], MOST_KEPT)  # where that fails, it is compiled in each run
+    _kept(path, text, made[-1])
     return engine
+
+
+def _kept(path: Path | None, text: str, code: bytes) -> bytes:
+    """The machine code, kept for later runs where there is a path; where that fails, it is compiled in each run."""
+    if path is not None:
+        keep_newest(path, text.count("\n").to_bytes(COUNT, "little") + code, MOST_KEPT)
+    return code
+
+
+def compiled_apart(text: str, effort: Effort, check: Callable[[], None]) -> bytes:
+    """The object file of a module, which another process makes; what `check` raises, now and then, ends it.
+
+    RuntimeError: it has ended without one."""
+    command = [sys.executable, "-c", f"from {__name__} import main; main()", effort]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    pipe = subprocess.PIPE
+    with TemporaryFile() as given:
+        given.write(text.encode())
+        given.seek(0)
+        # A session of its own: Ctrl-C is for this process, which then ends the other.
+        with subprocess.Popen(  # noqa: S603 - our own code, and nothing of the user's is in the command
+            command, stdin=given, stdout=pipe, stderr=pipe, env=environment, start_new_session=True
+        ) as process:
+            try:
+                while True:
+                    with suppress(subprocess.TimeoutExpired):
+                        code, errors = process.communicate(timeout=LOOK_SECONDS)
+                        break
+                    check()
+            finally:
+                process.kill()
+    if process.returncode or not code:
+        raise RuntimeError(f"compiling to machine code failed (status {process.returncode}): {errors.decode()[-500:]}")
+    return code
+
+
+def main() -> None:
+    """The process that compiles: the module comes on standard input, the object file goes to standard output."""
+    effort: Effort = sys.argv[1]  # type: ignore[assignment]
+    import llvmlite.binding as llvm
+
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    machine, module = _target_machine(effort), llvm.parse_assembly(sys.stdin.buffer.read().decode())
+    optimise(module, machine, LEVELS[effort])
+    sys.stdout.buffer.write(machine.emit_object(module))
 
 
 def _loaded(code: bytes, effort: Effort) -> Any:

@@ -53,7 +53,7 @@ def run(options: Namespace) -> int:
         result = verify(arrangement, properties, wanted, options.engine)
     certificate = None
     if options.certificate is not None:
-        write_certificate(options, result, arrangement, properties, limits)
+        write_certificate(options, result, arrangement, properties, limits_of(options))
         path = Path(options.certificate)
         if path.exists():
             certificate = options.certificate, hashlib.sha256(path.read_bytes()).hexdigest()

@@ -321,6 +321,7 @@ class _Stops:
             if self._budget is not None:
                 return start(given)
             budget = self._budget = StoppingBudget(given.options.limits, self._at, self._error("the limit is here"))
+            given.problem.program(keep_all_bits=given.options.keep_all_bits)  # so that the search is what is stopped
             with budget:
                 return _Stopped(start(replace(given, budget=budget)), budget)
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import signal
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from llfsm_verify import kept
 from llfsm_verify.backends.native import machine_code
 from llfsm_verify.backends.native.executor import Effort, NativeProgram, StepCode
+from llfsm_verify.limits import Budget, LimitReached, Limits, unlimited
 from llfsm_verify.program.program import Program
 from llfsm_verify.testing.programs import programs
 from tests.quick import examples
@@ -110,3 +113,47 @@ def test_small_modules_are_not_kept(cache: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(machine_code, "WORTH_KEEPING", 0.1)
     assert step(5) == 5
     assert not cache.exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("effort", ["quick", "full"])
+@settings(max_examples=examples(3), deadline=None, suppress_health_check=SAME_FOLDER)
+@given(program=programs())
+def test_another_process_compiles_the_same_where_there_is_a_time_limit(
+    cache: Path, effort: Effort, program: Program
+) -> None:
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(machine_code, "WORTH_KEEPING", float("inf"))
+        patched.setattr(machine_code, "WORTH_A_PROCESS", 0.0)
+        made = run_of(program, effort)
+        patched.setattr(machine_code, "_compiled", lambda *_: pytest.fail("compiled here"))
+        with Budget(Limits(timeout=1e9)):
+            assert run_of(program, effort) == made
+        with unlimited(), pytest.raises(pytest.fail.Exception, match="compiled here"):
+            run_of(program, effort)
+
+
+@pytest.mark.slow
+def test_the_process_that_compiles_is_ended_where_the_time_is_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    begun: list[subprocess.Popen[bytes]] = []
+
+    class Noted(subprocess.Popen[bytes]):
+        def __init__(self, *args: object, **kwargs: object) -> None:
+            super().__init__(*args, **kwargs)  # type: ignore[call-overload]
+            begun.append(self)
+
+    def over() -> None:
+        raise LimitReached("the time is over")
+
+    monkeypatch.setattr(subprocess, "Popen", Noted)
+    monkeypatch.setattr(machine_code, "LOOK_SECONDS", 0.0)
+    with pytest.raises(LimitReached, match="over"):
+        machine_code.compiled_apart(TEXT.format(value=1), "quick", over)
+    (process,) = begun
+    assert process.returncode == -signal.SIGKILL
+
+
+@pytest.mark.slow
+def test_a_module_that_is_wrong_is_our_mistake() -> None:
+    with pytest.raises(RuntimeError, match="compiling to machine code failed"):
+        machine_code.compiled_apart("no module", "quick", lambda: None)

@@ -67,7 +67,7 @@ def _verified(options: Namespace) -> Checked:
         return Checked(proofs.check_invariants(options, arrangement, properties, limits_of(options)))
     result = _check(arrangement, properties, options)
     if options.check_certificate is not None:
-        return Checked(proofs.check_certificate(options, result, arrangement, properties, _left(result, options)))
+        return Checked(proofs.check_certificate(options, result, arrangement, properties, _left(options)))
     # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
     saved = _save(result, arrangement, properties, options)
     with stage("printing"):
@@ -75,7 +75,7 @@ def _verified(options: Namespace) -> Checked:
     for path in saved:
         announce(path)
     if options.certificate is not None:
-        write_certificate(options, result, arrangement, properties, _left(result, options))
+        write_certificate(options, result, arrangement, properties, _left(options))
     if options.save_invariants is not None:
         proofs.save_invariants(options, result)
     return Checked(result.exit_code, gone, verdicts_of(result))
@@ -120,9 +120,9 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
             return verify(arrangement, properties, wanted, options.engine)
 
 
-def _left(result: Result, options: Namespace) -> Limits:
+def _left(options: Namespace) -> Limits:
     """What the check has left of its limits for the certificate."""
-    return replace(limits_of(options, result.seconds), max_states=None)
+    return replace(limits_of(options), max_states=None)
 
 
 def _save(result: Result, arrangement: Arrangement, properties: PropertySet, options: Namespace) -> list[Path]:
