@@ -13,9 +13,9 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from threading import Event
 from types import MappingProxyType
 from typing import BinaryIO, NoReturn
@@ -26,7 +26,7 @@ from llfsm_verify.checking.verdict import Options, Progress, Result, Verdict
 from llfsm_verify.collector import do_one_task
 from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.kept import keep_waiting
-from llfsm_verify.limits import default_memory
+from llfsm_verify.limits import Budget, LimitReached, default_memory
 from llfsm_verify.verification.portfolio import EACH_ENGINE, Merging, Stage, has_no_bounds, limit_options
 
 SIZE_BYTES = 8
@@ -41,6 +41,8 @@ class Job:
     engine: str
     problem: Problem
     options: Options
+    begun: float = field(default_factory=time.monotonic)
+    """On the clock of this machine: the time limit counts from then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +105,9 @@ def _answered(source: BinaryIO) -> Reply:
     assert isinstance(job, Job)
     threading.Thread(target=_end_with_the_caller, daemon=True).start()
     try:
-        return Reply(checker(job.engine)(job.problem, job.options))
+        limits = job.options.limits
+        left = None if limits.timeout is None else max(limits.timeout - (time.monotonic() - job.begun), 0.0)
+        return Reply(checker(job.engine)(job.problem, replace(job.options, limits=limits.within(left))))
     except Disagreement as error:
         return Reply(None, str(error))
     except ModuleNotFoundError as error:
@@ -127,6 +131,8 @@ INTERVAL = 0.2
 """Seconds between two reports of progress."""
 GRACE = 10.0
 """Seconds in which an engine that is interrupted may say what it has found."""
+LATE = 1.5
+"""Seconds after the time limit in which the others may say it: half a second longer than the harness works."""
 
 
 _PROGRAM = """import signal
@@ -149,24 +155,29 @@ def all_engines(problem: Problem, options: Options) -> Result:
     """Verdicts on which all engines agree that come to any. Raises EnginesDisagree; Disagreement, where an engine
     raises it; RuntimeError, when one ends without an answer."""
     started = time.monotonic()
-    endless = has_no_bounds(problem.program())
+    try:
+        with Budget(options.limits):
+            endless = has_no_bounds(problem.program())
+    except LimitReached:
+        return _nothing(problem, options)
     keep_waiting()  # for the workers
     workers = [_Worker(s, problem, options, endless=endless) for s in EACH_ENGINE]
     interrupted = False
     with ThreadPoolExecutor(AT_ONCE) as pool:
         futures = [pool.submit(w.run, started) for w in workers]
         try:
-            _wait(futures, options, started)
+            _wait(futures, options, started, lambda: _stop(workers))
         except KeyboardInterrupt:
             interrupted = True
             for worker in workers:
                 worker.interrupt()
             wait(futures, GRACE)
         finally:
-            for worker in workers:
-                worker.stop()
+            _stop(workers)
     answers = [f.result() for f in futures]
     results = {s.engine: a for s, a in zip(EACH_ENGINE, answers, strict=True) if a is not None}
+    if not results and not interrupted:
+        return _nothing(problem, options)
     if not results:
         raise KeyboardInterrupt
     compare(results)
@@ -177,11 +188,28 @@ def all_engines(problem: Problem, options: Options) -> Result:
     return replace(result, interrupted=result.interrupted or interrupted)
 
 
-def _wait(futures: Sequence[Future[Result | None]], options: Options, started: float) -> None:
+def _nothing(problem: Problem, options: Options) -> Result:
+    """What is said where the time was over before any engine had said anything."""
+    from llfsm_verify.verification.verify import checker
+
+    limits = options.limits.within(0.0)
+    return replace(checker(EACH_ENGINE[0].engine)(problem, replace(options, limits=limits)), engine=NAME)
+
+
+def _stop(workers: Iterable[_Worker]) -> None:
+    for worker in workers:
+        worker.stop()
+
+
+def _wait(
+    futures: Sequence[Future[Result | None]], options: Options, started: float, end: Callable[[], None] = lambda: None
+) -> None:
     """Wait for all, or for the first that fails, and report meanwhile which are done and which are at work, and what
-    those that are done say."""
-    told = 0
+    those that are done say. `end` is called when it is LATE."""
+    told, timeout = 0, options.limits.timeout
     while True:
+        if timeout is not None and time.monotonic() - started > timeout + LATE:
+            end()
         done, waiting = wait(futures, INTERVAL, return_when=FIRST_EXCEPTION)
         if options.decided is not None and len(done) > told and all(f.exception() is None for f in done):
             told = len(done)
@@ -225,6 +253,7 @@ class _Worker:
 
     def run(self, started: float) -> Result | None:
         """What the engine says; None: it was ended before it could say anything."""
+        begun = time.monotonic()
         options = self._wanted(started)
         if options is None or self._ended.is_set():
             return None
@@ -241,7 +270,7 @@ class _Worker:
             assert process.stdin is not None
             assert process.stdout is not None
             try:
-                process.stdin.write(pack(Job(self._stage.engine, self._problem, options)))
+                process.stdin.write(pack(Job(self._stage.engine, self._problem, options, begun)))
                 process.stdin.flush()
             except BrokenPipeError:
                 pass  # it has ended; the answer says so

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import json
+import time
 import weakref
 from concurrent.futures import Future
 from dataclasses import replace
@@ -334,6 +335,25 @@ def test_an_engine_that_ends_without_an_answer_is_an_error(lights, monkeypatch: 
     monkeypatch.setattr(differential, "_PROGRAM", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)")
     with pytest.raises(RuntimeError, match=r"the engine \w+ ended without an answer \(status -9\)"):
         verify(lights, lines("a: G !timer.ran"), engine="all")
+
+
+def test_engines_that_are_late_are_ended() -> None:
+    futures: list[Future[Result | None]] = [Future(), Future()]
+    limited = Options(Limits(timeout=5.0))
+
+    def end() -> None:
+        for future in futures:
+            future.set_result(None)
+
+    differential._wait(futures, limited, time.monotonic() - 5 - differential.LATE, end)
+    assert all(future.done() for future in futures)
+    differential._wait(futures, limited, time.monotonic(), lambda: pytest.fail("it is not late"))
+
+
+def test_where_no_engine_says_anything_the_limit_is_said(lights, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(differential._Worker, "run", lambda *_: None)
+    result = verify(lights, lines("a: G !timer.ran"), Options(Limits(timeout=5.0)), "all")
+    assert (result.engine, result.properties[0].reason) == ("all", "the time limit of 5 s was reached")
 
 
 @pytest.mark.slow

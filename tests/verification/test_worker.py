@@ -11,6 +11,7 @@ from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.verdict import Options
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.verification import differential as worker
 from llfsm_verify.verification.differential import EACH_ENGINE, Job, Reply, _Worker, pack
@@ -59,3 +60,18 @@ def test_a_worker_that_is_stopped_is_killed_where_it_runs(status: int | None, en
     one.interrupt()
     assert done == [*ended, *(["interrupt"] if ended else [])]
     assert one.run(0.0) is None
+
+
+def test_the_time_until_a_worker_has_begun_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Options] = []
+
+    def check(_: object, options: Options) -> None:
+        asked.append(options)
+
+    monkeypatch.setattr(worker, "_end_with_the_caller", lambda: None)
+    monkeypatch.setattr("llfsm_verify.verification.verify.checker", lambda _: check)
+    monkeypatch.setattr(worker, "time", SimpleNamespace(monotonic=lambda: 107.0))
+    for timeout in (10.0, 5.0):
+        job = Job("explicit", lights(), Options(Limits(timeout=timeout)), begun=100.0)
+        assert worker._answered(io.BytesIO(pack(job))) == Reply(None)
+    assert [(o.limits.timeout, o.limits.whole) for o in asked] == [(3.0, 10.0), (0.0, 5.0)]
