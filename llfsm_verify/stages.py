@@ -7,7 +7,8 @@ other, and the time of an inner one does not count for the outer one. One proces
 from __future__ import annotations
 
 import time
-from contextlib import ContextDecorator
+from collections.abc import Callable, Iterator
+from contextlib import ContextDecorator, contextmanager
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Final, Literal, Self
@@ -53,6 +54,20 @@ def record() -> Recording:
     return _recording
 
 
+_listener: Callable[[str, bool], None] | None = None
+
+
+@contextmanager
+def following(call: Callable[[str, bool], None]) -> Iterator[None]:
+    """Within, `call` is told of each stage that begins (true) or ends (false), and no one else is."""
+    global _listener  # noqa: PLW0603 - one for the process
+    outer, _listener = _listener, call
+    try:
+        yield
+    finally:
+        _listener = outer
+
+
 class stage(ContextDecorator):  # noqa: N801 - used as a function is
     """A stage of the work: ``with stage("lowering"): …``, or ``@stage("lowering")`` before a whole function."""
 
@@ -63,11 +78,15 @@ class stage(ContextDecorator):  # noqa: N801 - used as a function is
         self._recording = _recording
         if self._recording is not None:
             self._recording.begin(self._name)
+        if _listener is not None:
+            _listener(self._name, True)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> Literal[False]:
+        if _listener is not None:
+            _listener(self._name, False)
         if self._recording is not None:
             self._recording.end()
         return False

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from llfsm_verify import stages
-from llfsm_verify.stages import OTHER, record, stage
+from llfsm_verify.stages import OTHER, following, record, stage
 
 
 @pytest.fixture
@@ -37,6 +37,22 @@ def test_a_stage_that_fails_ends(clock):
         _ = 1 / 0
     recording.now()
     assert {name: wall for name, (_, wall) in recording.spent.items()} == {OTHER: 2.0, "outer": 1.0}
+
+
+def test_who_follows_is_told_of_each_stage(clock):
+    told, outer = [], []
+    with (
+        pytest.raises(ZeroDivisionError),
+        following(lambda name, begins: outer.append((name, begins))),
+        stage("first"),
+        following(lambda name, begins: told.append((name, begins))),
+        stage("second"),
+    ):
+        _ = 1 / 0
+    with stage("third"):
+        pass
+    assert told == [("second", True), ("second", False)]
+    assert outer == [("first", True), ("first", False)]
 
 
 def test_nothing_is_measured_unless_asked(clock):

@@ -9,6 +9,7 @@ What only some checks need (explanations, witnesses, more counterexamples) is im
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 
 from llfsm_verify.analysis.vacuity.check import ESCAPE_LEAST, check_vacuity, look_for_escape, share_of
@@ -31,17 +32,20 @@ from llfsm_verify.checking.verdict import (
     FaultFinding,
     FaultResult,
     Options,
+    Progress,
     PropertyResult,
     Result,
     Vacuity,
     Verdict,
 )
-from llfsm_verify.limits import Budget, LimitReached, unlimited
-from llfsm_verify.stages import stage
+from llfsm_verify.limits import Budget, LimitReached, memory_in_use, unlimited
+from llfsm_verify.stages import following, stage
 
 GRACE = 1.0
 """Seconds beyond the time limit until which violations already found are confirmed, then explained. As long is left
 until two seconds for what cannot be stopped, and for printing (docs/decisions/0062-time-limits.md)."""
+TOLD_BY_ENGINES = ("searching", "exploring", "looking for", "performing")
+"""How stages begin of which an engine itself says more to those who wait."""
 INTERRUPTED, NO_MEMORY = "interrupted", "the memory ran out"
 STOPS = (KeyboardInterrupt, LimitReached, MemoryError)
 """What may end any piece of an engine's work."""
@@ -63,7 +67,11 @@ class _Check:
         self._name = name
         self._start = start
         self._problem = problem
-        self._options = options
+        self._options = options if options.progress is None else replace(options, progress=self._progress)
+        self._show = options.progress
+        self._last = Progress(0, 0, 0, 0, 0.0, 0)
+        self._stages: list[str] = []
+        """Those under way, the outermost first, where someone is shown what is going on."""
         self._budget = Budget(options.limits, self._pulse)
         self._session: Session | None = None
         self._replayer = Replayer(problem)
@@ -82,9 +90,28 @@ class _Check:
         if self._session is not None:
             self._session.pulse()
 
+    def _progress(self, progress: Progress) -> None:
+        """Show what an engine reports, and what is going on beside its search."""
+        self._last = progress
+        if self._show is not None:
+            self._show(replace(progress, doing=self._doing or progress.doing))
+
+    @property
+    def _doing(self) -> str:
+        return next((name for name in self._stages if not name.startswith(TOLD_BY_ENGINES)), "")
+
+    def _stage(self, name: str, begins: bool) -> None:
+        """A stage begins or ends: show what is going on now, with the sizes of which the engine has told last."""
+        if begins:
+            self._stages.append(name)
+        else:
+            self._stages.pop()
+        if begins and self._doing:
+            self._progress(replace(self._last, seconds=self._budget.seconds, memory=memory_in_use()))
+
     def result(self, *, examine: bool) -> Result:
         """The verdicts. `examine`: look at what makes a pass empty."""
-        with self._budget:
+        with self._budget, nullcontext() if self._show is None else following(self._stage):
             self._goals = goals_of(self._problem)
             try:
                 return self._checked(examine=examine)

@@ -11,7 +11,7 @@ from llfsm_verify.checking.engine import Answer, Explored, Given, Holds, Session
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Schedule
-from llfsm_verify.checking.verdict import PERHAPS_NO_RUN, Exploration, Options, Result, Verdict
+from llfsm_verify.checking.verdict import PERHAPS_NO_RUN, Exploration, Options, Progress, Result, Verdict
 from llfsm_verify.diagnostics import Disagreement, Source
 from llfsm_verify.limits import LimitReached, Limits
 from llfsm_verify.logic.properties import parse_properties
@@ -227,6 +227,19 @@ def test_where_the_search_itself_ends_late_what_was_found_is_said(clock: Clock) 
     assert [p.reason for p in result.properties] == [IN_VAIN, IN_VAIN, IN_VAIN, None]
     assert result.properties[3].verdict is Verdict.HOLDS
     assert clock.seconds == 9.0
+
+
+def test_who_waits_is_told_what_is_going_on_beside_the_search() -> None:
+    told: list[Progress] = []
+    lights = load_arrangement("models/traffic_lights/arrangement.yaml")
+    lines = parse_properties([Source("p", "v: G (ns@GREEN && ew@GREEN -> F car)\nw: G !ns@GREEN")])
+    verify(lights, lines, Options(progress=told.append), "explicit")
+    doing = list(dict.fromkeys(p.doing for p in told if p.doing))
+    assert doing[0] == "lowering to step programs"
+    stages = ["compiling to machine code", "explaining violations", "looking at what a pass is worth"]
+    assert [name for name in doing if name in stages] == stages
+    after = [p.states for p in told if p.doing == stages[-1]]
+    assert after and min(after) == max(p.states for p in told) > 1
 
 
 class Counting(Sure):

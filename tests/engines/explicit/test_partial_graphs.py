@@ -65,7 +65,7 @@ def test_the_cone_is_taken_where_it_leaves_something_out(monkeypatch, action, le
     )
     assert [p.verdict for p in result.properties] == [Verdict.HOLDS, Verdict.VIOLATED]
     assert result.exploration.left_out == left_out and result.complete
-    assert shown[-1].doing == "performing a run that violates r"
+    assert "performing a run that violates r" in {p.doing for p in shown}
 
 
 def test_sizes_are_those_of_the_largest_search(monkeypatch):
