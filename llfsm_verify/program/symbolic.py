@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+from llfsm_verify.limits import tick
 from llfsm_verify.program.program import (
     Block,
     Choice,
@@ -84,6 +85,7 @@ class Definitions:
 
     def run(self, block: Block, values: Values) -> None:
         """Bring `values` to the end of `block`. After a fault they mean nothing, but FAULT stays."""
+        tick()
         for s in block:
             self._statement(s, values)
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import z3
 
 from llfsm_verify.backends.smt.arithmetic import Arithmetic, BitVectors, Integers, Term, choose, is_bool, operate
+from llfsm_verify.limits import tick
 from llfsm_verify.program.program import (
     Block,
     Choice,
@@ -182,6 +183,7 @@ class Terms:
         grown({})
         made: dict[str, Term] = {}
         for expression, local in definitions.made.items():
+            tick()
             made[local.name] = self._term(expression, made, definitions.sampled)
         after = {
             key: self.arithmetic.cast(self._term(value, made, definitions.sampled), self._variables[key[0]].type)

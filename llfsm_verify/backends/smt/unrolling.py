@@ -9,6 +9,7 @@ import z3
 
 from llfsm_verify.backends.smt.arithmetic import OURS, Arithmetic, Term, choose, truth
 from llfsm_verify.backends.smt.relation import Relation, Terms
+from llfsm_verify.limits import tick
 from llfsm_verify.program.program import BOOL, OpName
 from llfsm_verify.program.symbolic import Key
 from llfsm_verify.program.terms import const
@@ -128,6 +129,7 @@ class Unrolling:
         posts = []
         sizes = dict(here.sizes)
         for way in here.ways:
+            tick()
             for key, bits in way.relation.grown(here.sizes).items():
                 sizes[key] = max(bits, sizes.get(key, 0))
             given = self._given(here, way)
@@ -200,6 +202,7 @@ class Unrolling:
         return ways
 
     def _way(self, process: int | None, slot: int | None, when: z3.BoolRef, number: int) -> Way:
+        tick()
         relation = self._relation(slot)
         choices = {
             name: self.terms.arithmetic.constant(f"?{name}@{self._name}{number}:{process}", term.type)

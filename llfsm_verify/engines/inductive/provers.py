@@ -25,7 +25,7 @@ from llfsm_verify.engines.inductive.system import (
     undistinguished,
 )
 from llfsm_verify.engines.unrolled.question import Exhausted, Question
-from llfsm_verify.limits import Budget
+from llfsm_verify.limits import Budget, tick
 from llfsm_verify.program.program import Const, Expr, Get, Int
 from llfsm_verify.program.terms import TRUE, conjunction, op
 
@@ -292,6 +292,7 @@ def _constants(terms: Sequence[z3.ExprRef], but: z3.ExprRef) -> Iterator[z3.Expr
         term = stack.pop()
         if term.get_id() in seen:
             continue
+        tick()
         seen.add(term.get_id())
         if z3.is_const(term) and term.decl().kind() == z3.Z3_OP_UNINTERPRETED:
             yield term
