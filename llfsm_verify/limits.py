@@ -170,6 +170,13 @@ def tick() -> None:
     _TICK.get()()
 
 
+def check_time() -> None:
+    """LimitReached when the time of the budget in force is used up: before work whose first tick comes late."""
+    budget = _BUDGET.get()
+    if budget is not None:
+        budget.check_time()
+
+
 @contextmanager
 def ticking(call: Callable[[], None]) -> Iterator[None]:
     """Within, `tick` also calls `call`, which may raise to stop the work."""

@@ -22,7 +22,7 @@ from llfsm_verify.checking.verdict import Options, PropertyResult
 from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.language.expressions import BOOL
 from llfsm_verify.language.typed import Observe
-from llfsm_verify.limits import LimitReached
+from llfsm_verify.limits import LimitReached, check_time
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.letters import Observed
@@ -233,6 +233,7 @@ class Others:
         only: str | None = None
         try:
             while len(traces) < wanted:
+                check_time()
                 found = {signature_of(trace, machines): None for trace in traces}
                 other = self._next(self._explored, goal, mine, list(found))
                 if other is None:

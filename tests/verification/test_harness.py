@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import pytest
 
@@ -13,6 +14,7 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.checking.verdict import PERHAPS_NO_RUN, Exploration, Options, Progress, Result, Verdict
 from llfsm_verify.diagnostics import Disagreement, Source
+from llfsm_verify.engines.explicit.engine import ExplicitSession
 from llfsm_verify.limits import LimitReached, Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.verification import harness
@@ -227,6 +229,24 @@ def test_where_the_search_itself_ends_late_what_was_found_is_said(clock: Clock) 
     assert [p.reason for p in result.properties] == [IN_VAIN, IN_VAIN, IN_VAIN, None]
     assert result.properties[3].verdict is Verdict.HOLDS
     assert clock.seconds == 9.0
+
+
+def test_after_the_time_limit_passes_are_not_looked_at(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
+    def late(session: ExplicitSession, why: str | None) -> None:
+        clock.seconds = 5.5
+
+    monkeypatch.setattr(ExplicitSession, "ended", late)
+    monkeypatch.setattr(
+        "llfsm_verify.analysis.vacuity.witnesses.Witnesses._trace", lambda *_: pytest.fail("looked for")
+    )
+    lights = load_arrangement("models/traffic_lights/arrangement.yaml")
+    lines = parse_properties([Source("p", "assume x: G F car\nv: G (ns@GREEN && ew@GREEN -> F car)\nw: G !ns@GREEN")])
+    empty, violated = verify(lights, lines, replace(LIMITED, witnesses=True), "explicit").properties
+    assert empty.notes == ("no witness is shown: the time limit of 5 s was reached",)
+    assert (empty.verdict, violated.verdict) == (Verdict.HOLDS, Verdict.VIOLATED)
+    assert violated.trace is not None and "not found out" not in violated.trace.because
+    assert empty.vacuity.looked == "no"
+    assert empty.vacuity.reason == "not checked for vacuity: the time limit of 5 s was reached"
 
 
 def test_who_waits_is_told_what_is_going_on_beside_the_search() -> None:

@@ -21,7 +21,7 @@ from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Verdict
 from llfsm_verify.diagnostics import Disagreement
-from llfsm_verify.limits import LimitReached, unlimited
+from llfsm_verify.limits import LimitReached, check_time, unlimited
 from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, apply, atom, conjunction, negation
 from llfsm_verify.logic.regular import ExpressionTooLarge
@@ -47,6 +47,7 @@ class Witnesses:
         if any(finding.kind == "antecedent" for finding in result.vacuity.findings):
             return mark_unwitnessed(result, "what it speaks of never happens")
         try:
+            check_time()
             trace = self._trace(goal)
         except (LimitReached, AutomatonTooLarge, ExpressionTooLarge, Unconfirmed, MemoryError) as limit:
             return mark_unwitnessed(result, str(limit) or "the memory ran out")
