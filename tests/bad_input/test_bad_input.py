@@ -251,6 +251,15 @@ def test_an_unused_parameter_is_a_warning() -> None:
     assert (warning.code, warning.span and warning.span.line) == ("W001", 20)
 
 
+def test_a_parameter_that_says_what_a_state_runs_is_used() -> None:
+    text = (
+        "machines:\n  box:\n    inline:\n      machine: Box\n      parameters: {child: machine}\n      states:\n"
+        "        - {name: WORK, runs: [child], transitions: [{when: all_done, to: END}]}\n        - {name: END}\n"
+        "    parameters: {child: a}\n  a: {inline: {machine: Child, states: [{name: DONE}]}}\nschedule: [box, a]\n"
+    )
+    assert load_arrangement_text(text).warnings == ()
+
+
 # ---------------------------------------------------------------- atoms of properties
 
 

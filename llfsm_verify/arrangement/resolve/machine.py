@@ -24,6 +24,7 @@ from llfsm_verify.language.syntax import ParsedActions, ParsedExpression
 from llfsm_verify.language.types import Type
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, Scalar, mark
+from llfsm_verify.yaml.nodes import Sequence as SequenceNode
 from llfsm_verify.yaml.tables import TRUTHS
 
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -206,6 +207,8 @@ class MachineResolver:
             variables = self.variables(draft.variables)
             transitions = self._transitions(draft.transitions, list(names))
             stays = self._stays(draft)
+            if isinstance(draft.runs, SequenceNode):
+                self.words.update(item.text for item in draft.runs.items if isinstance(item, Scalar))
             found.append(
                 StateText(draft.name.text, variables, actions, transitions, mark(draft.name), stays, draft.runs)
             )
