@@ -35,6 +35,7 @@ CODES: dict[str, str] = {
     "L022": "A type that nothing uses, or a table that nothing looks up.",
     "L023": "A state in which a machine finishes that others need, while other machines go on.",
     "L024": "A machine that has its turn before the only writer of what it reads.",
+    "L025": "An action that can never run.",
 }
 """The findings of `llfsm lint`, with what each means."""
 

@@ -19,7 +19,9 @@ from llfsm_verify.program.terms import TRUE
 
 DEAD = "$dead"
 """The variable that is true from the step on that would have ended in a fault."""
-Kind = Literal["spent", "fired", "guard", "alone", "both", "condition", "fault"]
+Kind = Literal["spent", "fired", "guard", "alone", "both", "condition", "fault", "action"]
+ACTIONS = ("exit", "internal", "on_suspend", "on_resume")
+"""The events of the actions that may never run; `on_entry` runs wherever turns are spent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +32,7 @@ class Probe:
     transition's guard is when it is evaluated. `alone`: what it is at that point of the ringlet, whatever the guards
     before it are; `both`: it and that of transition `other`, which comes later, are true (1 only). `condition`: an
     `if`, a `?:` or an operand of `&&` and `||`, at `span`. `fault`: check `number` of the program's faults fails.
+    `action`: action `number` of ACTIONS of `state` runs (1 only).
     """
 
     kind: Kind

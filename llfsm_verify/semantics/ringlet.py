@@ -146,8 +146,7 @@ def _state_block(context: Context, control: Control, index: int) -> Block:
         _finished_flag(context, control, code, False)
         _not_accepting(context, control, code)
     else:
-        out.append(emit(control, "internal", const(index)))
-        run(code, state.internal)
+        _act(control, index, state.internal, "internal", code)
         if state.stays:
             _finished_flag(context, control, code, False)
             _not_accepting(context, control, code)
@@ -190,7 +189,7 @@ def _due(context: Context, control: Control, index: int, code: Code) -> None:
                 inner = code.inner()
                 inner.clock_state = i
                 _pass_before(context, control, inner, left.on_suspend)
-                _run_due(control, i, left.on_suspend, "on_suspend", inner)
+                _act(control, i, left.on_suspend, "on_suspend", inner)
                 cases.append((i + 1, tuple(inner.out)))
         code.out.append(Switch(previous, tuple(cases)))
     else:
@@ -198,8 +197,8 @@ def _due(context: Context, control: Control, index: int, code: Code) -> None:
         inner.clock_state = control.suspend
         resumed = control.states[control.suspend].on_resume, control.states[index].on_resume
         _pass_before(context, control, inner, resumed[0] or resumed[1])
-        _run_due(control, control.suspend, resumed[0], "on_resume", inner)
-        _run_due(control, index, resumed[1], "on_resume", inner)
+        _act(control, control.suspend, resumed[0], "on_resume", inner)
+        _act(control, index, resumed[1], "on_resume", inner)
         code.out.append(If(op("eq", previous, const(control.suspend + 1)), tuple(inner.out)))
     code.out.append(Set(control.var("previous"), None, const(0)))
 
@@ -210,8 +209,14 @@ def _pass_before(context: Context, control: Control, code: Code, actions: tuple[
         _let_time_pass(context, control, code.clock_state, code)
 
 
-def _run_due(control: Control, number: int, statements: tuple[Statement, ...], kind: EventKind, code: Code) -> None:
+def _act(control: Control, number: int, statements: tuple[Statement, ...], kind: EventKind, code: Code) -> None:
     code.out.append(emit(control, kind, const(number)))
+    if statements and code.context.probes is not None and control.scheduled:
+        from llfsm_verify.semantics.probes import ACTIONS, Probe
+
+        span = control.states[number].span
+        probe = Probe("action", control.machine.name, span, number, ACTIONS.index(kind))
+        code.out += code.context.probes.watch(probe, TRUE)
     run(code, statements)
 
 
@@ -290,8 +295,7 @@ def _fire(context: Context, control: Control, index: int, code: Code, done: Loca
         arms.append((number + 1, tuple(arm)))
     leaving = code.inner()
     leaving.out.append(Switch(done, tuple(arms)))
-    leaving.out.append(emit(control, "exit", const(index)))
-    run(leaving, state.on_exit)
+    _act(control, index, state.on_exit, "exit", leaving)
     if context.arrangement.profile.self_transition_restarts_clock:
         again = [op("eq", done, const(i + 1)) for i, t in enumerate(state.transitions) if t.target == index]
         restart: list[Stmt] = [Set(control.var(k), None, const(0)) for k in sorted(_kinds(context, control))]
@@ -299,8 +303,7 @@ def _fire(context: Context, control: Control, index: int, code: Code, done: Loca
             restart.append(Set(control.var("timely"), None, TRUE))
         leaving.branch(disjunction(list(again)), tuple(restart))
     staying = code.inner()
-    staying.out.append(emit(control, "internal", const(index)))
-    run(staying, state.internal)
+    _act(control, index, state.internal, "internal", staying)
     code.out.append(If(op("ne", done, const(0)), tuple(leaving.out), tuple(staying.out)))
 
 

@@ -424,6 +424,12 @@ schedule: [a, b]
 """
         }
     ),
+    "L025": _lint(
+        _states(
+            "{name: A, internal: lamp = go;, transitions: [{when: true, to: A}]}",
+            f"{GO}, lamp: {{type: bool, role: output}}",
+        )
+    ),
     "W001": _lint(
         {
             "a.yaml": LAMP["a.yaml"]

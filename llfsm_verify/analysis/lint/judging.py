@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 from llfsm_verify.analysis.lint.finding import Finding, Level, OpenQuestion, Proof, Witness
 from llfsm_verify.analysis.lint.witnesses import Known, Shower
@@ -26,7 +27,7 @@ from llfsm_verify.logic.formula import atom, disjunction, to_text
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.semantics.expressions import SURROUNDINGS
 from llfsm_verify.semantics.letters import Observed
-from llfsm_verify.semantics.probes import Outcome, Probe
+from llfsm_verify.semantics.probes import ACTIONS, Outcome, Probe
 
 MOST_PAIRS = 3
 """Pairs that are named beside the first one."""
@@ -85,7 +86,15 @@ HINTS = {
     "L009": "guard the access, or make the array longer",
     "L018": "guard the root, or take that of `max(0, …)`",
     "L019": "guard the shift, or declare a smaller range for the count",
+    "L025": "remove it, or correct the guards; `lint: {L025: why}` in the state accepts it",
 }
+UNRUN = {
+    "exit": ("on_exit", "no transition of the state ever fires"),
+    "internal": ("internal", "in every turn that is spent in the state, a transition fires"),
+    "on_suspend": ("on_suspend", "the machine is never suspended in this state"),
+    "on_resume": ("on_resume", "the machine never comes to this state out of suspension"),
+}
+"""By the event of an action: its key, and why it never runs."""
 
 
 class Judge:
@@ -122,6 +131,7 @@ class Judge:
         """All of them; `open` has the questions that are not decided when they are exhausted."""
         yield from self._states()
         yield from self._transitions()
+        yield from self._actions()
         yield from self._overlaps()
         yield from self._conditions()
         yield from self._faults()
@@ -197,6 +207,24 @@ class Judge:
                 yield finding
             message = f"whether the transition {self._arrow(probes[0])} ever fires"
             self._ask("L001", message, transition.span, entered, self._query)
+
+    def _actions(self) -> Iterator[Finding]:
+        """Actions that never run in states in which turns are spent."""
+        places: dict[tuple[Span, int], list[Probe]] = {}
+        for machine in self._arrangement.machines:
+            for (number, state), (kind, event) in product(enumerate(machine.states), enumerate(ACTIONS)):
+                probe = Probe("action", machine.name, state.span, number, kind)
+                if getattr(state, UNRUN[event][0]) and self._known.never(self._spent(probe)) is None:
+                    places.setdefault((state.span, kind), []).append(probe)
+        for (span, kind), probes in places.items():
+            key, why = UNRUN[ACTIONS[kind]]
+            name = self._arrangement.machine(probes[0].machine).states[probes[0].state].name
+            never = self._never(probes)
+            if never:
+                if key == "on_resume" and probes[0].state == self._arrangement.machine(probes[0].machine).suspend:
+                    why = "the machine is never resumed"
+                yield self._made("L025", f"the action `{key}` of `{name}` can never run", span, probes, never, (why,))
+            self._ask("L025", f"whether the action `{key}` of `{name}` ever runs", span, probes)
 
     def _why(self, fired: Probe) -> str:
         known, guard = self._known, replace(fired, kind="guard")

@@ -633,3 +633,44 @@ def test_what_decides_whether_a_run_faults_is_read() -> None:
     """
     loaded = load_arrangement_text(textwrap.dedent(text), "uses.yaml")
     assert {f.span.text for f in lint(loaded).shown if f.code == "L010"} == {"a", "f", "n", "o", "q"}
+
+
+BOX: Document = {**CAR, "n": {"type": "0..9", "role": "output"}}
+
+
+@pytest.mark.parametrize(
+    ("keys", "action"),
+    [
+        ({"internal": "n = 1;"}, "internal"),
+        ({"on_suspend": "n = 1;"}, "on_suspend"),
+        ({"on_resume": "n = 1;"}, "on_resume"),
+        ({"on_exit": "n = 1;"}, None),
+        ({"on_entry": "n = 1;"}, None),
+    ],
+)
+def test_an_action_that_can_never_run(keys: Document, action: str | None) -> None:
+    states = [state("A", ("true", "B"), **keys), state("B", ("car", "A"))]
+    result = lint(build_arrangement(arrangement(states, BOX)))
+    said = [(f.level, f.proof, f.message) for f in result.shown]
+    wanted = ("warning", "local", f"the action `{action}` of `A` can never run")
+    assert said == ([] if action is None else [wanted])
+    states[0]["lint"] = {"L025": "as in the paper"}
+    accepted = lint(build_arrangement(arrangement(states, BOX))).shown
+    assert [f.code for f in accepted] == (["L020"] if action is None else [])
+
+
+def test_an_exit_action_of_a_state_that_is_never_left() -> None:
+    """Only the reachable configurations tell that the guard is false, so the transition explains it as well."""
+    states = [state("A", ("n > 3", "B"), on_exit="n = 2;"), state("B", ("car", "A"), internal="n = 1;")]
+    codes = [(f.code, f.proof) for f in lint(build_arrangement(arrangement(states, BOX))).shown]
+    assert ("L025", "reachable") in codes and ("L001", "reachable") in codes
+    assert codes.count(("L025", "reachable")) == 1  # that of B is in a state without turns
+
+
+def test_actions_of_suspension_that_run() -> None:
+    first = {
+        "states": [state("A", ("car", "B"), on_exit="suspend(b);"), state("B", ("true", "A"), on_exit="resume(b);")]
+    }
+    second = {"states": [state("X", ("car", "X"), on_suspend="n = 1;", on_resume="n = 2;")]}
+    document = {**two(first, second, schedule=["a", "b"]), "whiteboard": BOX}
+    assert "L025" not in {entry[0] for entry in found(document)}
