@@ -36,6 +36,7 @@ CODES: dict[str, str] = {
     "L023": "A state in which a machine finishes that others need, while other machines go on.",
     "L024": "A machine that has its turn before the only writer of what it reads.",
     "L025": "An action that can never run.",
+    "L026": "A self-transition that keeps the clock which its state reads.",
 }
 """The findings of `llfsm lint`, with what each means."""
 

@@ -430,6 +430,9 @@ schedule: [a, b]
             f"{GO}, lamp: {{type: bool, role: output}}",
         )
     ),
+    "L026": _lint(
+        _states("{name: A, transitions: [{when: go, to: A}, {when: after(9) && !go, to: B}]}\n{name: B}", GO)
+    ),
     "W001": _lint(
         {
             "a.yaml": LAMP["a.yaml"]

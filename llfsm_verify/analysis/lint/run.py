@@ -16,6 +16,8 @@ from llfsm_verify.analysis.lint.witnesses import Known, Shower
 from llfsm_verify.arrangement.ending import running_once
 from llfsm_verify.arrangement.model import Arrangement, Suppression
 from llfsm_verify.diagnostics import Span
+from llfsm_verify.language.trees import of_kind
+from llfsm_verify.language.typed import After
 from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.transforms.probing import probed
@@ -66,6 +68,7 @@ def lint(
             *_once(arrangement),
             *_without_inputs(arrangement),
             *_late(arrangement),
+            *_kept_clocks(arrangement),
         ]
         unspent = {finding.span for finding in findings if finding.code == "L002"}
         findings += [f for f in turns(arrangement, atoms) if f.code != "L023" or f.span not in unspent]
@@ -160,6 +163,29 @@ def _late(arrangement: Arrangement) -> Iterator[Finding]:
                     message = f"`{name}` has its turn before `{owner.name}`, so it begins and ends a cycle late"
                     hint = f"put it after `{owner.name}` in the schedule"
                     yield Finding("L017", "note", message, state.span, (name, owner.name), "text", (), hint)
+
+
+def _kept_clocks(arrangement: Arrangement) -> Iterator[Finding]:
+    """Self-transitions of states that read their clock, which goes on."""
+    if arrangement.profile.self_transition_restarts_clock:
+        return
+    places: dict[tuple[Span, str, str], list[str]] = {}
+    for machine in arrangement.machines:
+        for number, state in enumerate(machine.states):
+            read = (tuple(t.guard for t in state.transitions), state.internal, state.on_exit)
+            clock = next(iter(of_kind(read, After)), None)
+            own = [t.span for t in state.transitions if t.target == number]
+            if clock is not None:
+                for span in own:
+                    places.setdefault((span, state.name, clock.span.text), []).append(machine.name)
+    for (span, name, text), names in places.items():
+        message = f"the transition {name} -> {name} neither restarts the clock that `{text}` reads, nor runs `on_entry`"
+        hint = (
+            "a way through another state does both, and `self_transition_restarts_clock: true` of the profile the first"
+        )
+        yield Finding(
+            "L026", "note", message, span, tuple(names), "text", (), f"{hint}; `lint: {{L026: why}}` accepts it"
+        )
 
 
 def _starving(arrangement: Arrangement, reach: Reach, shower: Shower) -> Iterator[Finding]:

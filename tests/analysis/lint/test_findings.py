@@ -674,3 +674,15 @@ def test_actions_of_suspension_that_run() -> None:
     second = {"states": [state("X", ("car", "X"), on_suspend="n = 1;", on_resume="n = 2;")]}
     document = {**two(first, second, schedule=["a", "b"]), "whiteboard": BOX}
     assert "L025" not in {entry[0] for entry in found(document)}
+
+
+def test_a_self_transition_that_keeps_the_clock_of_its_state() -> None:
+    states = [state("A", ("after(10) && not car", "B"), ("car", "A")), state("B", ("car", "B"), ("not car", "A"))]
+    document = {**arrangement(states, CAR), "cycle_ms": 1000}
+    (note,) = lint(build_arrangement(document), local=True).shown
+    assert (note.code, note.level, note.proof, note.span.text.strip('"')) == ("L026", "note", "text", "car")
+    assert "A -> A" in note.message and "`after(10)`" in note.message
+    assert "L026" not in {entry[0] for entry in found({**document, "profile": "swiftfsm"}, local=True)}
+    for guard, target in (("after(10) && not car", "B"), ("car", "A")):  # no self-transition, and no clock
+        clean = [state("A", (guard, target)), state("B", ("car", "B"), ("not car", "A"))]
+        assert "L026" not in {entry[0] for entry in found({**arrangement(clean, CAR), "cycle_ms": 1000}, local=True)}
