@@ -53,6 +53,8 @@ class Outcome:
     overflow: bool
     read: int
     """How many of the samples the ringlet took; the letter shows the others, which no machine has sampled."""
+    beyond: str = ""
+    """Of an overflow: the variable or local that was to hold the value, where the statement is a store."""
 
 
 class _FaultError(Exception):
@@ -205,16 +207,21 @@ class _Run:
     samples: dict[str, int]
     events: list[Event]
     read: int = 0
+    storing: str = ""
 
     def block(self, block: Block) -> None:
         """Run one block with locals of its own. Raises _FaultError or OverflowError where the step ends."""
         locals_: dict[str, int] = {}
         todo: list[Stmt] = list(reversed(block))
         while todo:
-            match todo.pop():
+            statement = todo.pop()
+            self.storing = ""
+            match statement:
                 case Set(name, index, value):
+                    self.storing = name
                     self.store(name, index, self.value(value, locals_), locals_)
                 case Let(local, value):
+                    self.storing = local.name
                     locals_[local.name] = _held(self.value(value, locals_), local.type)
                 case Sample(local, choice):
                     locals_[local.name] = self.sample(choice)
@@ -303,6 +310,7 @@ class Interpreter:
             fault,
             overflow,
             len(run.samples) if fault is not None or overflow else run.read,
+            run.storing if overflow else "",
         )
 
     def begun(

@@ -72,7 +72,8 @@ def test_a_value_that_leaves_64_bits_is_unknown_to_the_executor_and_exact_to_sol
     if times == 5:
         assert explicit.verdict is Verdict.HOLDS
     else:
-        assert (explicit.verdict, explicit.reason) == (Verdict.UNKNOWN, LEFT)
+        place = "`y` at <text>:13, in step 1 of the run m@S"
+        assert (explicit.verdict, explicit.reason) == (Verdict.UNKNOWN, f"{LEFT}: {place}")
     assert checked(arrangement, "bmc", "G n <= 1").properties[0].verdict is Verdict.UNKNOWN
     for prover in ("pdr", "induction"):
         assert checked(arrangement, prover, "G n <= 1", None).properties[0].verdict is Verdict.HOLDS
@@ -105,3 +106,34 @@ def test_a_violation_in_numbers_beyond_64_bits_is_not_shown() -> None:
     for engine in ("explicit", "bmc", "pdr", "induction"):
         (found,) = checked(squared(6), engine, "G n == 0").properties
         assert found.verdict is Verdict.UNKNOWN and found.trace is None
+
+
+RECKLESS = load_arrangement_text(
+    """
+timing: untimed
+whiteboard: {n: {type: int, init: 2}, k: {type: 1..40, role: input}, s: {type: 0..9}}
+machines:
+  m:
+    inline:
+      machine: M
+      variables: {big: {type: int, init: 1}}
+      states:
+        - {name: A, transitions: [{when: k > 30, to: B}]}
+        - name: B
+          on_entry: |
+            big = big * 4000000000;
+            s = 1;
+            n = big * big;
+          transitions: [{when: n > 5, to: C}]
+        - {name: C, on_entry: s = n;}
+schedule: [m]
+""".replace("big << k", "big * 3000000000")
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["explicit", "pdr", "bmc", "induction"])
+def test_what_leaves_64_bits_is_said_with_its_line_its_variable_and_the_run(engine: str) -> None:
+    reason = checked(RECKLESS, engine, "G s <= 1").faults.reason or ""
+    assert "`n` at <text>:15 (`n = big * big`), in step 2 of the run m@A (k = " in reason
+    assert reason.partition("k = ")[2].endswith("), m@B")

@@ -28,6 +28,7 @@ from llfsm_verify.checking.replay.confirm import (
     perform,
 )
 from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.checking.replay.overflow import overflow_text
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.limits import LimitReached
@@ -65,7 +66,6 @@ class Replayer:
         read = {*goal.atoms, *beside, *(name for claim in self._assumed for name in claim.atoms)}
         shown = sorted(name for name in read if not name.startswith(HIDDEN))
         replayed = self._performed(run, what, shown)
-        _fits(replayed)
         try:
             if run.schedule.loop is None:
                 if self._assumed:
@@ -95,7 +95,6 @@ class Replayer:
 
         def performed(changed: Violated) -> tuple[ReplayedRun, bytes]:
             replayed = self._performed(changed, "a run that escapes the assumptions", shown)
-            _fits(replayed)
             return replayed, end_of(self.execution, changed.schedule)
 
         def like_it(changed: Violated) -> ReplayedRun:
@@ -118,7 +117,6 @@ class Replayer:
         limit."""
         site = self.execution.program.faults[number]
         replayed = self._performed(run, f"fault {site.code}", ())
-        _fits(replayed)
         if replayed.trace.fault != site:
             raise Disagreement(f"fault {site.code} ({site.message}): the executor does not fault on its trace")
         return replayed.trace
@@ -139,13 +137,9 @@ class Replayer:
         for i, letter in enumerate(run.letters or (), 1):
             if i >= len(replayed.letters) or replayed.letters[i] != letter:
                 raise Disagreement(f"{what}: the executor shows another letter than the search after step {i}")
+        if replayed.status == OVERFLOW:  # numbers have no end for engines that calculate with mathematical integers
+            raise Unconfirmed(overflow_text(self._problem.arrangement, self.execution.program, run.schedule))
         return replayed
-
-
-def _fits(replayed: ReplayedRun) -> None:
-    """Numbers have no end for engines that calculate with mathematical integers."""
-    if replayed.status == OVERFLOW:
-        raise Unconfirmed("there a value of type int leaves the 64 bits in which the executor holds it")
 
 
 MOST_STEPS = 100_000

@@ -55,7 +55,10 @@ class BoundedSession(Session):
         yield from self._search.faults.items()
 
     def faults(self) -> Unknown:
-        return Unknown(self._why or f"no run of up to {counted(len(self._search), 'step')} ends in a fault ({FARTHER})")
+        none = f"no run of up to {counted(len(self._search), 'step')} ends in a fault"
+        beyond = self._search.unperformed
+        beyond = f" that the executor can perform: {beyond}" if beyond else f" ({FARTHER})"
+        return Unknown(self._why or none + beyond)
 
     def exploration(self) -> Exploration:
         return replace(self._search.exploration, complete=False)

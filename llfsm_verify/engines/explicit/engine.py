@@ -10,9 +10,11 @@ from collections.abc import Iterator
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
+from llfsm_verify.backends.native.code import OVERFLOW
 from llfsm_verify.checking.engine import Answer, Explored, Given, Holds, Session, Unknown, Violated
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
+from llfsm_verify.checking.replay.overflow import overflow_text
 from llfsm_verify.checking.verdict import Exploration, Progress
 from llfsm_verify.engines.explicit.explored import ExploredGraph, Schedules, longest_run
 from llfsm_verify.engines.explicit.options import ExplicitOptions
@@ -21,6 +23,7 @@ from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.labels.wide import labels_of
+from llfsm_verify.kripke.witnesses import NoWitness
 from llfsm_verify.limits import LimitReached, memory_in_use
 from llfsm_verify.program.program import Program
 
@@ -277,7 +280,7 @@ class ExplicitSession(Session):
         if decisive.is_clean(task):
             yield Holds()
         else:
-            yield Unknown(task.reason or self._why_unknown(decisive.graph))
+            yield Unknown(task.reason or self._why_unknown())
 
     def _perform(self, what: str) -> None:
         """Say that what was found is performed now, which takes a while where runs are long. LimitReached: it is not,
@@ -299,7 +302,7 @@ class ExplicitSession(Session):
         decisive = self._running.search
         if decisive.complete and not decisive.graph.faults:
             return Holds()
-        return Unknown(self._why_unknown(decisive.graph))
+        return Unknown(self._why_unknown())
 
     def possible(self) -> bool | None:
         return self._running.search.possible
@@ -350,5 +353,19 @@ class ExplicitSession(Session):
             resumed_from=None if self._checkpoints is None else self._checkpoints.source(running.search),
         )
 
-    def _why_unknown(self, graph: Graph) -> str:
+    def _why_unknown(self) -> str:
+        graph = self._running.search.graph
+        if graph.stopped is None and graph.overflow is not None:
+            return self._overflow
         return graph.unfinished or "the exploration was cut short"
+
+    @cached_property
+    def _overflow(self) -> str:
+        """Where the first of the steps that leave 64 bits is, once the search has ended."""
+        graph = self._running.search.graph
+        assert graph.overflow is not None
+        try:
+            run = self._running.schedules.of_fault(OVERFLOW - 1, graph.path_to(graph.overflow))
+        except NoWitness:  # the step is in the middle of a chain
+            return graph.unfinished or ""
+        return overflow_text(self._problem.arrangement, self._problem.program(keep_all_bits=True), run.schedule)

@@ -196,7 +196,10 @@ class InductiveSession(Session):
         known = self._known.get(0)
         if isinstance(known, Settled) and known.holds:
             return Holds(known.proofs)
-        return self._unknown(0, f"no run of up to {counted(len(self._search), 'step')} ends in a fault")
+        none = f"no run of up to {counted(len(self._search), 'step')} ends in a fault"
+        if self._search.unperformed:
+            none += f" that the executor can perform: {self._search.unperformed}"
+        return self._unknown(0, none)
 
     def possible(self) -> bool | None:
         if self._possible is None or self._seen_possible:

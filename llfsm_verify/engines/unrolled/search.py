@@ -92,6 +92,8 @@ class BoundedSearch:
         self.assumed = [claim_of(p, problem.clock) for p in problem.assumptions]
         self.fair = [*add_premises(self.program), *unconditional(self.program)]
         self.faults: dict[int, Violated] = {}
+        self.unperformed = ""
+        """Why the first of the runs into a fault that the executor cannot perform is none."""
         """By the number of the fault: a run that ends in it, confirmed, since the executor's numbers have an end."""
         self.effort = SolverBudget(given.options.effort)
         """What is left of the work that solvers may do."""
@@ -227,7 +229,8 @@ class BoundedSearch:
         """Keep a run into a fault, unless the executor's 64 bits end it before: then longer ones are looked at."""
         try:
             self.replayer.fault(number, run)
-        except Unconfirmed:
+        except Unconfirmed as why:
+            self.unperformed = self.unperformed or str(why)
             return
         self.faults[number] = run
         self._found(None)
