@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rich.text import Text
@@ -59,8 +60,8 @@ def _first_verdicts(result: Result, *, quiet: bool) -> Iterator[Text]:
     faults = verdict_word(result, result.faults.verdict)
     words = max(len(faults), max((len(verdict_text(result, p)) for p in result.properties), default=8))
     for item in result.properties:
-        findings = vacuity_texts(result, item) if result.asked_vacuity or not quiet else []
-        yield _verdict_line(result, verdict_text(result, item).ljust(words), item, width, findings)
+        beside = _beside(result, item, quiet=quiet)
+        yield _verdict_line(result, verdict_text(result, item).ljust(words), item, width, beside)
     line = Text.assemble(
         (faults.ljust(words), STYLES[result.faults.verdict]),
         f"  {'faults'.ljust(width)}  {fault_text(result)}",
@@ -68,6 +69,14 @@ def _first_verdicts(result: Result, *, quiet: bool) -> Iterator[Text]:
     if result.is_claimed(result.faults.verdict):
         line.append(f"\n{' ' * words}  {' ' * width}  {CLAIMED}", "bold red")
     yield line
+
+
+def _beside(result: Result, item: PropertyResult, *, quiet: bool) -> Sequence[str]:
+    """What is said beside a verdict; with `quiet`, only what was asked for, and that runs do not count."""
+    if not quiet or result.asked_vacuity:
+        return vacuity_texts(result, item)
+    escapes = tuple(finding for finding in item.vacuity.findings if finding.kind == "escape")
+    return vacuity_texts(result, replace(item, vacuity=replace(item.vacuity, findings=escapes))) if escapes else ()
 
 
 def _runs(result: Result, *, fold: bool) -> Iterator[RenderableType]:

@@ -11,12 +11,13 @@ from itertools import pairwise
 from rich.console import Console
 
 from llfsm_verify.checking.trace import Cause, Trace
+from llfsm_verify.checking.verdict import VacuityFinding
 from llfsm_verify.report.json import result_json
 from llfsm_verify.report.junit import report as result_junit
 from llfsm_verify.report.text import result_text
 from llfsm_verify.report.tracetable import rows
 from llfsm_verify.report.wording import because_text, loop_text
-from tests.report.results import EMPTY, ESCAPED, KNOWN, MARKED, PATH, STRICT, result, step
+from tests.report.results import EMPTY, ESCAPED, ESCAPING, KNOWN, LEFT, MARKED, PATH, STRICT, result, step
 
 
 def printed(value, *, colour: bool = False, **options) -> str:
@@ -92,6 +93,14 @@ def test_a_run_that_escapes_is_shown_once():
     assert text.count("fails --strict: after step 9 of a run") == 2 and last not in printed(ESCAPED, quiet=True)
     at_once = Trace((), (), (), (), None, escape=True)
     assert loop_text(at_once) == "no run goes on from the initial configuration and meets the assumptions"
+
+
+def test_that_runs_escape_is_said_beside_verdicts_alone():
+    remark = VacuityFinding("subformula", "`a` may be anything", "a")
+    found = [replace(item, vacuity=replace(item.vacuity, findings=(LEFT, remark))) for item in ESCAPING]
+    asked_nothing = replace(ESCAPED, properties=tuple(found), strict=False, asked_vacuity=False)
+    lines = printed(asked_nothing, quiet=True).splitlines()
+    assert [line.strip() for line in lines if "note:" in line] == [f"note: {LEFT.message}"] * len(found)
 
 
 def test_a_run_that_escapes_is_in_all_reports():
