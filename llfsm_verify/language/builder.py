@@ -135,7 +135,7 @@ class Builder:
         kind = syntax.TypeName(
             *_place(children[:3]), name=f"{low.text}..{high.text}", bounds=(int(low.text, 0), int(high.text, 0))
         )
-        name, value = cast(syntax.Name, children[3]), cast(Expression, children[5])
+        name, value = cast(syntax.Name, children[3]), cast(Expression, children[5]) if children[4:] else None
         return syntax.Declaration(*_place(children), type=kind, name=name, value=value)
 
     def store(self, children: list[Child]) -> Node:

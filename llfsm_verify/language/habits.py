@@ -154,6 +154,7 @@ IN_ACTIONS = {
     r"=\s*[\[{]": "write the elements one by one: `x[0] = 1;`",
     r"(?<![=!<>])=(?!=)[^=;{}]*(?:&&|\band\b|,)\s*[\w.\[\]]+\s*=": "write `;` between two assignments",
     **_NO_UNIT, **_UNITS, **_CALLS, **_INFIX,
+    r"\bfor\s*\([^{}()]*\)?": "write `for (i in 0..3) …` or `for (int i = 0; i < 4; i++) …`",
 }  # fmt: skip
 
 

@@ -247,7 +247,7 @@ def _expectation(expected: frozenset[str], start: str, text: str, at: int) -> st
         if (word := statement_word(text, at)) is not None:
             return word
         if expected & {"EQUAL", "IF"}:
-            return "write an assignment, such as `x = 1;`, or a command, such as `suspend(m);`"
+            return "write an assignment, such as `x = 1;`, or a command, such as `suspend(m);` (all: docs/files.md)"
     if expected & {"INTEGER", "NAME"} and "LPAR" in expected:
         return "an operand is missing before it"
     if "SEMICOLON" in expected and start == "actions":
