@@ -74,8 +74,9 @@ class Problem:
         return self.programs.of(self.arrangement, self.atoms, keep_all_bits=keep_all_bits)
 
 
-def bind(arrangement: Arrangement, properties: PropertySet) -> Problem:
-    """Read the files of automata and type every atom in the arrangement's scope.
+def bind(arrangement: Arrangement, properties: PropertySet, *, stamped: bool = False) -> Problem:
+    """Read the files of automata and type every atom in the arrangement's scope. `stamped`: letters have stamps, by
+    which bounds in time are meant, so the problem has no clock.
 
     Raises DiagnosticError with everything that is wrong in the files, or in the atoms, or in the bounds in time.
     """
@@ -95,7 +96,7 @@ def bind(arrangement: Arrangement, properties: PropertySet) -> Problem:
                     atoms[key] = Observed(key, typed.expression)
     if problems:
         raise DiagnosticError(list(dict.fromkeys(problems)))  # the members of a family share theirs
-    clock = clock_of(arrangement, properties)
+    clock = None if stamped else clock_of(arrangement, properties)
     if clock is not None:
         atoms[TICK] = Observed(TICK, TimePasses())
     checked = tuple(p for p in properties.properties if p.kind != "assume")

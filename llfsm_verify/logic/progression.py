@@ -20,7 +20,7 @@ def progress(formula: Formula, letter: Letter) -> Formula:
     """
     done: dict[Formula, Formula] = {}
     for node in postorder(formula):
-        done[node] = _progress(node, letter, done)
+        done[node] = progressed(node, letter, done)
     return done[formula]
 
 
@@ -40,7 +40,8 @@ def evaluate_prefix(formula: Formula, letters: Sequence[Letter]) -> bool | None:
     return None if rest not in (TRUE, FALSE) else rest is TRUE
 
 
-def _progress(node: Formula, letter: Letter, done: dict[Formula, Formula]) -> Formula:
+def progressed(node: Formula, letter: Letter, done: dict[Formula, Formula]) -> Formula:
+    """What `progress` makes of a node; `done` has what it makes of the arguments."""
     match node.op:
         case "true" | "false":
             return node

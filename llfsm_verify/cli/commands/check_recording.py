@@ -92,4 +92,7 @@ def _where(decided: Decided) -> str:
     """The row of a log."""
     if decided.step is None:
         return f"because {decided.reason}" if decided.reason else ""
-    return f"at row {decided.step:,}" + ("" if decided.time is None else f", at time {decided.time}")
+    when = "" if decided.time is None else f", at time {decided.time}"
+    return f"at row {decided.step:,}{when}" + (
+        "" if decided.deadline is None else f": its time was up at {decided.deadline}"
+    )

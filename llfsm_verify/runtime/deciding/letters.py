@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
+from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Letter
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.kripke.observing import atoms_at
 from llfsm_verify.logic.bounds import TICK
-from llfsm_verify.program.program import Atom, Choice, Const, Expr, Get, Local, Program
-from llfsm_verify.program.trees import nodes
+from llfsm_verify.program.program import Choice, Const, Expr, Get, Local, Program, Set
+from llfsm_verify.program.trees import nodes, statements
 from llfsm_verify.runtime.live.slots import stored
+from llfsm_verify.semantics.vocabulary import FIRST
 from llfsm_verify.values import Value
 
 INPUT = "input:"
+EDGE, BEFORE = "$edge.", "$before."
+"""The hidden variables by which `rose`, `fell` and `changed` compare a letter with the one before."""
 
 
 class SlotLetters:
@@ -35,8 +39,18 @@ class SlotLetters:
         """Whether letters say when time passes."""
         self._lengths = {var.name: var.length for var in program.vars}
         names = {(variable, at): name for name, (variable, at, _) in self._scalars.items()}
-        self.needed = {atom.name: tuple(dict.fromkeys(_needed(atom, names, self._lengths))) for atom in self._atoms}
+        needed = {atom.name: _needed(atom.expression, names, self._lengths) for atom in self._atoms}
+        self.needed = {name: tuple(dict.fromkeys(slots)) for name, slots in needed.items()}
         """The slots that each atom reads; what is no slot has the name that the step program gives it."""
+        changed = (s for s in statements(program.letter) if isinstance(s, Set) and s.var.startswith((EDGE, BEFORE)))
+        self._edges = [(s.var, s.value) for s in changed]
+        """How this letter differs from the one before, and what is kept of it for the next one, in this order."""
+        self._edge_needs: dict[str, list[str]] = {}
+        kept: list[str] = []
+        for hidden, value in self._edges:  # what is kept for the next letter follows the edge that is about it
+            if hidden.startswith(EDGE):
+                kept = self._edge_needs[hidden] = []
+            kept += (n for n in _needed(value, names, self._lengths) if not n.startswith((EDGE, BEFORE, FIRST)))
         self._lines = (*problem.properties, *problem.assumptions)
 
     def place(self, atom: str) -> Span | None:
@@ -44,8 +58,15 @@ class SlotLetters:
         found = next((line.atoms[atom] for line in self._lines if atom in line.atoms), None)
         return None if found is None else found.span(0, len(found.text))
 
-    def letter(self, numbers: Mapping[str, int], *, ticks: bool) -> Letter:
-        """The letter where the slots have these numbers; `ticks`: time passes after it. Raises AtomOverflow."""
+    def through_edges(self, needed: Collection[str]) -> tuple[str, ...]:
+        """The slots that are read where letters follow each other without a gap: `rose(x)` then needs `x` alone."""
+        return tuple(dict.fromkeys(n for name in needed for n in self._edge_needs.get(name, (name,))))
+
+    def letter(self, numbers: Mapping[str, int], *, ticks: bool, before: dict[str, int] | None = None) -> Letter:
+        """The letter where the slots have these numbers; `ticks`: time passes after it. Raises AtomOverflow.
+
+        `before`: what the letter before, if there is one, has left for this one; it becomes what this one leaves.
+        """
         variables: dict[str, Value] = {}
         arrays: dict[str, list[int]] = {}
         inputs: dict[str, int] = {}
@@ -60,14 +81,20 @@ class SlotLetters:
                 arrays.setdefault(variable, [0] * (self._lengths[variable] or 0))[at] = number
         for variable, values in arrays.items():
             variables[variable] = tuple(values)
+        if before is not None and self._edges:
+            first = not before
+            variables |= {FIRST: int(first)} | {hidden: before.get(hidden, 0) for hidden, _ in self._edges}
+            for hidden, value in self._edges:
+                number = 0 if first and hidden.startswith(EDGE) else evaluate(value, variables, inputs)
+                variables[hidden] = before[hidden] = number
         true = {name for name, holds in atoms_at(self._atoms, variables, inputs).items() if holds}
         return frozenset(true | {TICK}) if ticks and self.timed else frozenset(true)
 
 
 def _needed(
-    atom: Atom, slots: Mapping[tuple[str, int | None], str], lengths: Mapping[str, int | None]
+    expression: Expr, slots: Mapping[tuple[str, int | None], str], lengths: Mapping[str, int | None]
 ) -> Iterator[str]:
-    for node in nodes(atom.expression):
+    for node in nodes(expression):
         if isinstance(node, Local) and node.name.startswith(INPUT):
             yield node.name[len(INPUT) :]
         elif isinstance(node, Local):

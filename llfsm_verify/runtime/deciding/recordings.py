@@ -41,6 +41,8 @@ class Decided:
     """Why it is undecided."""
     time: str | None = None
     """Of a log that has times: that of the row."""
+    deadline: str | None = None
+    """The end of the time by which it is decided, where that is before the row."""
 
 
 def check(arrangement: Arrangement, properties: PropertySet, recording: Recording) -> list[Decided]:

@@ -1,21 +1,26 @@
-"""Properties decided on a log of others: a row is the letter of one cycle."""
+"""Properties decided on a log of others: a row is a letter, with the time that the log gives it or of one cycle."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.claims import claim_of
-from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.goals.kinds import goals_of
+from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.replay.confirm import Letter
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.logic.formula import Formula
+from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.runtime.deciding.letters import SlotLetters
 from llfsm_verify.runtime.deciding.logs import NOT_GIVEN, UNKNOWN, UNREADABLE
 from llfsm_verify.runtime.deciding.logs.formats import LOGS, NoColumn, Row, Unreadable, Wanted
 from llfsm_verify.runtime.deciding.logs.mapping import LogMapping, read_mapping
+from llfsm_verify.runtime.deciding.logs.stamps import StampedWatch, Times, is_timed
 from llfsm_verify.runtime.deciding.recordings import Decided, Watch, watches_of
 from llfsm_verify.values import ValueProblem
 
@@ -26,58 +31,107 @@ _KEPT = 1 << 16
 def check_log(
     arrangement: Arrangement, properties: PropertySet, path: str, mapping_path: str, form: str
 ) -> list[Decided]:
-    """Each property, on a log: its first row is the first letter, and each row, of which the number is `step`, is that
-    of one cycle.
+    """Each property, on a log: its first row is the first letter, and the number of a row is `step`. Bounds in time
+    compare the times of rows, or without times count a cycle for each row.
 
     A verdict by some rows holds whatever came after. Of a log that has ended, as the mapping says, the last row repeats
     forever. ModuleNotFoundError: the package for the format is not installed. DiagnosticError: what is wrong with the
     properties, the mapping or the log (E496 to E498).
     """
-    problem = bind(arrangement, properties)
-    program = problem.program(keep_all_bits=True)
-    of_slots = SlotLetters(problem, program)
+    problem = bind(arrangement, properties, stamped=True)
+    of_slots = SlotLetters(problem, problem.program(keep_all_bits=True))
     mapping = read_mapping(mapping_path, of_slots.slots)
+    given = [p.formula for p in properties.assumptions if p.formula is not None]
+    if mapping.time is None:
+        timed = any(is_timed(goal, given) for goal in goals_of(problem))
+        problem = bind(arrangement, properties) if timed else problem
+        of_slots = SlotLetters(problem, problem.program(keep_all_bits=True)) if timed else of_slots
     letters = _Letters(of_slots, mapping)
     if mapping.ended and Path(path).exists() and not Path(path).is_file():
         message = "a log with `ended: true` in its mapping may be read twice, and this is not a regular file"
         raise DiagnosticError(Diagnostic(UNREADABLE, message, file=path, hint="write the log to a file first"))
-    read = LOGS.load(form)
-
-    def rows() -> Iterator[Row]:
-        wanted = {column.name for column in mapping.columns.values()} | ({mapping.time} if mapping.time else set())
-        try:
-            yield from read(path, Wanted(sorted(wanted), mapping.topic))
-        except NoColumn as error:
-            raise DiagnosticError(_no_column(error, mapping, path)) from None
-        except Unreadable as error:
-            raise DiagnosticError(Diagnostic(UNREADABLE, f"the log cannot be read: {error}", file=path)) from None
-        except OSError as error:
-            why = error.strerror or "input/output error"
-            raise DiagnosticError(Diagnostic(UNREADABLE, f"the log cannot be read: {why}", file=path)) from None
-
-    watches = watches_of(problem, Watch)
-    times: dict[int, str] = {}
+    watches = _watches(problem, given, stamped=mapping.time is not None)
+    times = Times(mapping, path)
+    stamps: list[Fraction] = []
     count, whole, open_end = 0, True, "the log ends there, and the mapping does not say `ended: true`"
-    for count, row in enumerate(rows(), 1):
+    shown: dict[int, str] = {}
+    for count, row in enumerate(_rows(path, mapping, form), 1):
+        stamp = None if mapping.time is None else times.read(row)
         try:
             letter = letters.read(row, path)
         except OverflowError as overflow:
             whole, open_end = False, f"{overflow} in row {count:,}"
             break
         for watch in watches:
-            watch.read(letter, count, count)
-            if watch.place == (count, count) and mapping.time is not None and mapping.time in row.cells:
-                times[count] = row.cells[mapping.time]
+            if isinstance(watch, StampedWatch) and stamp is not None:
+                watch.read_at(letter, stamp, count)
+            else:
+                watch.read(letter, count, count)
+            if watch.place == (count, count) and mapping.time is not None:
+                shown[count] = row.cells[mapping.time]
+        if mapping.ended and stamp is not None:
+            stamps.append(stamp)
     if not count:
-        raise DiagnosticError(Diagnostic(UNREADABLE, "the log has no rows", file=path))
+        raise DiagnosticError(Diagnostic(UNREADABLE, "the log has no rows", file=path, hint="name another log"))
     if whole and mapping.ended and any(watch.verdict == "undecided" for watch in watches):
-        word = [letters.read(row, path) for row in rows()]  # once more: most logs do not need all their letters
-        stem, loop = word[:-1], word[-1:]
-        assumed = all(claim_of(p, problem.clock).true_on(stem, loop) for p in properties.assumptions)
+        letters = _Letters(of_slots, mapping)
+        word = [letters.read(row, path) for row in _rows(path, mapping, form)]  # once more: most logs need no letters
+        _decide_at_end(watches, problem, word, stamps)
+    found = [
+        watch.decided_at(times, open_end=open_end)
+        if isinstance(watch, StampedWatch)
+        else watch.decided(open_end=open_end)
+        for watch in watches
+    ]
+    return [replace(decided, time=shown.get(decided.step or 0)) for decided in found]
+
+
+def _rows(path: str, mapping: LogMapping, form: str) -> Iterator[Row]:
+    """The rows of the log. DiagnosticError: it cannot be read, or has no such column."""
+    wanted = {column.name for column in mapping.columns.values()} | ({mapping.time} if mapping.time else set())
+    try:
+        yield from LOGS.load(form)(path, Wanted(sorted(wanted), mapping.topic))
+    except NoColumn as error:
+        raise DiagnosticError(_no_column(error, mapping, path)) from None
+    except Unreadable as error:
+        raise DiagnosticError(
+            Diagnostic(UNREADABLE, f"the log cannot be read: {error}", file=path, hint=error.hint)
+        ) from None
+    except OSError as error:
+        why = error.strerror or "input/output error"
+        raise DiagnosticError(Diagnostic(UNREADABLE, f"the log cannot be read: {why}", file=path)) from None
+
+
+def _watches(problem: Problem, given: Sequence[Formula], *, stamped: bool) -> list[Watch]:
+    """One for each property, in their order; those with bounds in time compare stamps, where there are some."""
+    goals = goals_of(problem)
+    timed = {goal.line.name for goal in goals if stamped and is_timed(goal, given)}
+    others = replace(problem, properties=tuple(line for line in problem.properties if line.name not in timed))
+    automata = {watch.goal.line.name: watch for watch in watches_of(others, Watch)}
+    return [automata.get(goal.line.name) or StampedWatch(goal, given) for goal in goals]
+
+
+def _decide_at_end(
+    watches: Sequence[Watch], problem: Problem, word: Sequence[Letter], stamps: Sequence[Fraction]
+) -> None:
+    """The last row repeats forever; where rows have times, a cycle apart."""
+    period = problem.arrangement.cycle_ms
+    stem, loop = word[:-1], word[-1:]
+    delays = None if problem.clock is None else problem.clock.delays(word)
+    if stamps and period is not None:
+        delays = [*(b - a for a, b in pairwise(stamps)), period]
+    timed = any(isinstance(watch, StampedWatch) for watch in watches)
+    if timed and delays is None:
         for watch in watches:
+            watch.reason = "after the end rows have no times: the arrangement has no `cycle_ms`"
+        return
+    formulas = [p.formula for p in problem.assumptions if p.formula is not None]
+    assumed = all(evaluate(formula, stem, loop, delays) for formula in formulas)
+    for watch in watches:
+        if isinstance(watch, StampedWatch):
+            watch.decide_at_end(word, delays or [], assumed=assumed)
+        else:
             watch.decide_on_lasso(stem, loop, assumed=assumed)
-    found = [watch.decided(open_end=open_end) for watch in watches]
-    return [replace(decided, time=times.get(decided.step or 0)) for decided in found]
 
 
 class _Letters:
@@ -86,7 +140,8 @@ class _Letters:
     def __init__(self, letters: SlotLetters, mapping: LogMapping) -> None:
         """DiagnosticError (E498): an atom needs what no column gives."""
         mistakes = []
-        for atom, needed in letters.needed.items():
+        for atom, direct in letters.needed.items():
+            needed = letters.through_edges(direct)
             missing = [name for name in needed if name not in mapping.columns]
             if missing:
                 mistakes.append(_not_given(atom, missing, letters))
@@ -94,17 +149,21 @@ class _Letters:
             raise DiagnosticError(mistakes)
         self._letters = letters
         self._columns = [(name, column, column.reader()) for name, column in mapping.columns.items()]
-        self._known: dict[tuple[int, ...], Letter] = {}
+        self._before: dict[str, int] = {}
+        self._known: dict[tuple[tuple[int, ...], tuple[int, ...]], tuple[Letter, dict[str, int]]] = {}
 
     def read(self, row: Row, path: str) -> Letter:
         """DiagnosticError (E497): a cell is empty, or its value is not a value of its slot."""
         numbers = tuple(_number(name, column.name, reader, row, path) for name, column, reader in self._columns)
-        letter = self._known.get(numbers)
-        if letter is None:
+        key = numbers, tuple(self._before.values())
+        if key not in self._known:
             if len(self._known) == _KEPT:
                 self._known.clear()
             named = {name: number for (name, _, _), number in zip(self._columns, numbers, strict=True)}
-            letter = self._known[numbers] = self._letters.letter(named, ticks=True)
+            before = dict(self._before)
+            self._known[key] = self._letters.letter(named, ticks=True, before=before), before
+        letter, before = self._known[key]
+        self._before = dict(before)
         return letter
 
 
@@ -125,10 +184,7 @@ HINT = "say under `columns` in the mapping what its cells mean, or correct the l
 def _not_given(atom: str, missing: list[str], letters: SlotLetters) -> Diagnostic:
     span = letters.place(atom)
     if any(name not in letters.slots for name in missing):
-        message = (
-            f"`{atom}` asks what happened in a step, what came before it, or whether a machine is loaded, "
-            "and a row does not tell it"
-        )
+        message = f"`{atom}` asks what happened in a step, or whether a machine is loaded, and a row does not tell it"
         return Diagnostic(NOT_GIVEN, message, span, hint="ask for states, variables and inputs")
     names = ", ".join(f"`{name}`" for name in missing[:5])
     message = f"no column gives {names}" + (f", which `{atom}` needs" if missing != [atom] else "")

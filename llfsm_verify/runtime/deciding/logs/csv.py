@@ -19,19 +19,22 @@ def read_csv(path: str, wanted: Wanted) -> Iterator[Row]:
         try:
             names = [name.strip() for name in next(reader, [])]
             if not names:
-                raise Unreadable("its first line names no columns")
+                raise Unreadable(
+                    "its first line names no columns", "write the names of the columns into the first line"
+                )
             counts = Counter(names)
             for name in wanted.columns:
                 if name not in counts:
                     raise NoColumn(name, names)
                 if counts[name] > 1:
-                    raise Unreadable(f"two columns are called `{name}`")
+                    raise Unreadable(f"line 1: two columns are called `{name}`", "give one of them another name")
             places = [(name, names.index(name)) for name in wanted.columns]
             for cells in reader:
                 if not cells:
                     continue
                 if len(cells) != len(names):
-                    raise Unreadable(f"line {reader.line_num} has {len(cells)} cells, and the first has {len(names)}")
+                    said = f"line {reader.line_num} has {len(cells)} cells, and the first has {len(names)}"
+                    raise Unreadable(said, "give each line a cell for each column; one with a comma stands in quotes")
                 texts = ((name, cells[at].strip()) for name, at in places)
                 yield Row(f"line {reader.line_num}", {name: text for name, text in texts if text})
         except csv.Error as error:

@@ -33,7 +33,11 @@ class Wanted:
 
 
 class Unreadable(Exception):
-    """The log cannot be read, or not on from here; the message says why."""
+    """The log cannot be read, or not on from here; the message says why, and `hint` what to write instead."""
+
+    def __init__(self, message: str, hint: str | None = None) -> None:
+        super().__init__(message)
+        self.hint = hint
 
 
 class NoColumn(Exception):

@@ -47,6 +47,17 @@ COLUMN = Table(
         ),
     ),
 )
+UNITS = {"s": Fraction(1_000), "ms": Fraction(1), "us": Fraction(1, 1_000), "ns": Fraction(1, 1_000_000)}
+"""The milliseconds of each unit of time."""
+IN_NANOSECONDS = ("log_time", "publish_time")
+"""Columns of MCAP, whose unit is known."""
+TIME = Table(
+    "a column with times that are not in seconds",
+    (
+        Field("column", "its name", _NAME, required=True),
+        Field("unit", "the unit of its numbers", Words(tuple(UNITS))),
+    ),
+)
 MAPPING = Table(
     "which column of a log gives which slot of an arrangement: `llfsm check-recording LOG --mapping FILE`",
     (
@@ -57,12 +68,17 @@ MAPPING = Table(
             ByName(Either((_NAME, COLUMN))),
             required=True,
         ),
-        Field("time", "the column with the time of a row; verdicts name it", _NAME),
+        Field(
+            "time",
+            "the column with the time of a row, in seconds or a date with a time, which does not fall; bounds in time "
+            "compare it",
+            Either((_NAME, TIME)),
+        ),
         Field("topic", "of an MCAP file: the topic of which each message is a row", Single(("string",))),
         Field("ended", "`true`: the last row repeats forever. `false`: what came after it is not known", Words(TRUTHS)),
     ),
 )
-_NUMBER = re.compile(r"[+-]?[0-9]{1,400}(?:\.[0-9]{1,1100})?(?:[eE][+-]?[0-9]{1,3})?\Z", re.ASCII)
+NUMBER = re.compile(r"[+-]?[0-9]{1,400}(?:\.[0-9]{1,1100})?(?:[eE][+-]?[0-9]{1,3})?\Z", re.ASCII)
 """As programs write numbers, the smallest ones too."""
 _TRUTHS = {"true": 1, "True": 1, "TRUE": 1, "1": 1, "false": 0, "False": 0, "FALSE": 0, "0": 0}
 
@@ -102,7 +118,7 @@ class Column:
     def _number(self, text: str) -> int:
         kind = self.choice.type
         low, high = (decimal_text(bound, kind.digits) for bound in (kind.low, kind.high))
-        if not _NUMBER.match(text):
+        if not NUMBER.match(text):
             raise ValueProblem(f"`{text[:60]}` is not a number from {low} to {high}")
         steps = (Fraction(text) * self.scale + self.offset) * 10**kind.digits
         number = round(steps) if self.nearest else int(steps)
@@ -126,6 +142,8 @@ class LogMapping:
     """Whether the last row repeats forever."""
     places: Mapping[str, Span]
     """Where each column, and the topic, is named."""
+    unit: Fraction = Fraction(1_000)
+    """The milliseconds of a unit of the column `time`."""
 
 
 def read_mapping(path: str, slots: Mapping[str, Choice]) -> LogMapping:
@@ -167,9 +185,22 @@ class _Reader:
             column = self._column(key, node)
             if column is not None:
                 columns[key.text] = column
-        named = {key: self._name(fields[key], f"`{key}`") for key in ("time", "topic") if key in fields}
+        time, unit = self._time(fields["time"]) if "time" in fields else (None, Fraction(1_000))
+        topic = self._name(fields["topic"], "`topic`") if "topic" in fields else None
         ended = report.choice(fields.get("ended"), "`ended`", TRUTHS, "false")
-        return LogMapping(columns, named.get("time"), named.get("topic"), ended == "true", self._places)
+        return LogMapping(columns, time, topic, ended == "true", self._places, unit)
+
+    def _time(self, node: Node) -> tuple[str | None, Fraction]:
+        """The column with the times, and the milliseconds of its unit."""
+        unit: str | None = None
+        if isinstance(node, MappingNode):
+            found = self.report.fields(node, "`time`", TIME.keys, TIME.required)
+            if found is None:
+                return None, Fraction(1_000)
+            unit = self.report.choice(found.get("unit"), "`unit`", tuple(UNITS), "s") if "unit" in found else None
+            node = found["column"]
+        name = self._name(node, "`time`")
+        return name, UNITS[unit or ("ns" if name in IN_NANOSECONDS else "s")]
 
     def _name(self, node: Node, what: str) -> str | None:
         scalar = self.report.scalar(node, what)
@@ -222,7 +253,7 @@ class _Reader:
         scalar = None if node is None else self.report.scalar(node, f"`{key}`")
         if scalar is None:
             return default
-        if not _NUMBER.match(scalar.text):
+        if not NUMBER.match(scalar.text):
             self.report.error(
                 UNKNOWN, f"`{key}` cannot be `{scalar.text[:40]}`", mark(scalar), "write a number such as 0.1"
             )

@@ -64,7 +64,8 @@ def agree(folder: Path, count: int, formats: tuple[str, ...]) -> None:
         text = f"a: G !{pick[0]}\nb: F {pick[1]}\nc: {pick[2]} W {pick[3]}\nd: G ({pick[1]} -> X X {pick[2]})\n"
         inputs = [w.variable.name for w in given.whiteboard if w.role == "input" and str(w.variable.type) == "bool"]
         if inputs:
-            text += f"e: G ({pick[0]} -> X {inputs[0]})\n"
+            text += f"e: G ({pick[0]} -> X {inputs[0]})\nf: G !rose({inputs[0]})\n"
+        text += f"g: G !fell({pick[0]})\nh: F changed({pick[1]})\n"
         properties = parse_properties([Source("p", text)])
         how = plan(given, simulated=True, cycle_ms=given.cycle_ms or Fraction(10))
         loop = how.loop(how.code(), period=0, seed=seed, rounds=20)
@@ -156,9 +157,99 @@ def test_cells_are_converted(plant: Path) -> None:
 
 def test_the_last_row_repeats_forever_where_the_mapping_says_so(plant: Path) -> None:
     lines = ("G F x", "F G m@A", "G (m@B -> X m@B)", "G (n == 3 -> F[<=10ms] m@B)")
-    assert decide(plant, LOG, MAPPING + "ended: true\n", *lines) == [
+    mapping = MAPPING.replace("time: t", "ended: true\ntime: {column: t, unit: ms}")
+    assert decide(plant, LOG, mapping, *lines) == [
         ("satisfied", None), ("violated", None), ("satisfied", None), ("satisfied", None)
     ]  # fmt: skip
+    # After the last row, at 2 ms, there is one every 10 ms.
+    lines = ("F[<=11ms] G m@A", "F (m@A && F[5ms:12ms] m@B)", "G (!x -> F[8ms:10ms] m@B)", "G (!x -> F[11ms:11ms] m@B)")
+    assert [verdict for verdict, _ in decide(plant, LOG, mapping, *lines)] == [
+        "violated", "satisfied", "violated", "satisfied"
+    ]  # fmt: skip
+    (plant / "plant.yaml").write_text(PLANT.replace("cycle_ms: 10", "timing: untimed"))
+    assert decide(plant, LOG, mapping, lines[0], "F x") == [("undecided", None), ("satisfied", 1)]
+
+
+TIMED = "columns: {x: fire, mode: {column: alarm, values: {'1': BUSY, '0': IDLE}}}\ntime: t\n"
+SOON = "G (x -> F[<=2s] mode == BUSY)"
+
+
+def decided_at(folder: Path, times: str, mapping: str, *lines: str, fire: int = 1) -> list[tuple[object, ...]]:
+    """The rows have these times; there is a fire in the row `fire`, from 0, and the alarm is on in the last row."""
+    stamps = times.split()
+    rows = [f"{t},{int(i == fire)},{int(i == len(stamps) - 1)}\n" for i, t in enumerate(stamps)]
+    (folder / "log.csv").write_text("t,fire,alarm\n" + "".join(rows))
+    (folder / "mapping.yaml").write_text(mapping)
+    properties = parse_properties([Source("p", "\n".join(lines))])
+    arrangement = load_arrangement(str(folder / "plant.yaml"))
+    found = check_log(arrangement, properties, str(folder / "log.csv"), str(folder / "mapping.yaml"), "csv")
+    return [(d.verdict, d.step, d.time, d.deadline) for d in found]
+
+
+@pytest.mark.parametrize(
+    ("times", "expected"),
+    [
+        ("0.0 1.0 11.0 12.0", ("violated", 3, "11.0", "3")),
+        ("0.0 0.1 0.2 0.3 0.4 0.5 0.6", ("undecided", None, None, None)),
+        ("0 1 3 3", ("undecided", None, None, None)),  # rows of one instant: the deadline is not over
+        ("0 1 3 3.000000000000000000000000000001", ("violated", 4, "3.000000000000000000000000000001", "3")),
+        ("-1.5 -1.25 0.75", ("undecided", None, None, None)),
+        ("-1.5 -2.5e0", "line 3, column `t`: the time falls from -1.5 to -2.5e0"),
+        ("0 1 3 2.9", "line 5, column `t`: the time falls from 3 to 2.9"),
+        ("0 noon 2", "line 3, column `t`: `noon` is neither a number nor a date with a time"),
+        ("2026-01-02T23:59:59Z 2026-01-02T23:59:59.5Z 2026-01-03T00:00:01.500001Z",
+         ("violated", 3, "2026-01-03T00:00:01.500001Z", "2026-01-03T00:00:01.500000+00:00")),
+        ("2026-02-30T00:00:00 1", "`2026-02-30T00:00:00` is not a time"),
+        ("5", ("undecided", None, None, None)),
+    ],
+)  # fmt: skip
+def test_bounds_compare_the_times_of_rows(plant: Path, times: str, expected: object) -> None:
+    if isinstance(expected, str):
+        with pytest.raises(DiagnosticError) as error:
+            decided_at(plant, times, TIMED, SOON)
+        (found,) = error.value.diagnostics
+        assert found.code == "E497" and expected in found.message and found.hint
+    else:
+        assert decided_at(plant, times, TIMED, SOON) == [expected]
+
+
+def test_times_have_a_unit_and_none_may_be_missing(plant: Path) -> None:
+    for unit, at in (("ms", "0 1000 3000 3001"), ("us", "0 1000000 3000000 3000001"), ("ns", "0 1000000000 4e9 4e9")):
+        mapping = TIMED.replace("time: t", f"time: {{column: t, unit: {unit}}}")
+        assert decided_at(plant, at, mapping, SOON)[0][:2] == ("violated", 4 if unit != "ns" else 3)
+    with pytest.raises(DiagnosticError, match="`unit` cannot be `h`"):
+        decided_at(plant, "0 1", TIMED.replace("time: t", "time: {column: t, unit: h}"), SOON)
+    (plant / "log.csv").write_text("t,fire,alarm\n0,0,0\n,1,0\n")
+    with pytest.raises(DiagnosticError, match="line 3, column `t`: the row has no time"):
+        decide(plant, "t,fire,alarm\n0,0,0\n,1,0\n", TIMED, SOON)
+
+
+def test_without_times_rows_are_cycles_and_bounds_need_their_length(plant: Path) -> None:
+    untimed = TIMED.replace("time: t\n", "")
+    assert decided_at(plant, "0 1 2", untimed, "G (x -> F[<=10ms] mode == BUSY)")[0][0] == "undecided"
+    (found,) = decided_at(plant, "0 1 2 3", untimed, "G (x -> F[<=10ms] mode == BUSY)")
+    assert found[:2] == ("violated", 3)
+    (plant / "plant.yaml").write_text(PLANT.replace("cycle_ms: 10", "timing: untimed"))
+    with pytest.raises(DiagnosticError) as error:
+        decided_at(plant, "0 1 2", untimed, SOON)
+    assert error.value.diagnostics[0].code == "E336"
+    assert decided_at(plant, "0 1 11 12", TIMED, SOON) == [("violated", 3, "11", "3")]  # stamps need no cycle
+
+
+def test_assumptions_may_have_bounds_in_time(plant: Path) -> None:
+    lines = ("assume quiet: G[<=5s] !x", "alarm: G[<=9s] mode == IDLE")
+    assert decided_at(plant, "0 6 7 8", TIMED, *lines)[0][:2] == ("violated", 4)
+    assert decided_at(plant, "0 1 7 8", TIMED, *lines)[0][:2] == ("satisfied", 2)  # the assumption is broken before
+    lines = (lines[0], "forbid hurry: [x] [true]")
+    assert decided_at(plant, "0 6 7 8", TIMED, *lines)[0][0] == "undecided"
+
+
+def test_rows_tell_what_rose_fell_and_changed(plant: Path) -> None:
+    log = "t,fire,alarm\n" + "".join(f"{t},{x},{y}\n" for t, x, y in [(0, 1, 0), (1, 1, 1), (2, 0, 1), (3, 1, 1)])
+    lines = ("F rose(x)", "F fell(x)", "F changed(mode)", "F rose(x && mode == BUSY)", "F[<=2s] fell(x)")
+    assert decide(plant, log, TIMED, *lines) == [("satisfied", row) for row in (4, 3, 2, 2, 3)]
+    with pytest.raises(DiagnosticError, match="no column gives `n`"):
+        decide(plant, log, TIMED, "F changed(n)")
 
 
 def test_elements_of_arrays_have_columns_of_their_own(plant: Path) -> None:
@@ -183,7 +274,7 @@ WRONG = [
     (LOG.replace("shut", ""), MAPPING, "F x", "E497", "line 3, column `car` (`x`): the cell has no value"),
     (LOG.replace(",2,On,-1", ",5,On,-1"), MAPPING, "F x", "E497", "`5` is outside 0..9"),
     (LOG.replace("1,shut,2", "1,2"), MAPPING, "F x", "E497", "line 3 has 5 cells, and the first has 6"),
-    (LOG.replace("t,car", "car,car"), MAPPING, "F x", "E497", "two columns are called `car`"),
+    (LOG.replace("t,car", "car,car"), MAPPING, "F x", "E497", "line 1: two columns are called `car`"),
     (LOG.partition("\n")[0] + "\n", MAPPING, "F x", "E497", "the log has no rows"),
     ("", MAPPING, "F x", "E497", "its first line names no columns"),
 ]  # fmt: skip
@@ -194,7 +285,7 @@ def test_what_is_wrong_is_said(plant: Path, log: str, mapping: str, line: str, c
     with pytest.raises(DiagnosticError) as error:
         decide(plant, log, mapping, line)
     (found,) = error.value.diagnostics
-    assert found.code == code and said in found.message
+    assert found.code == code and said in found.message and found.hint
 
 
 def test_mappings_are_described_by_a_schema(plant: Path) -> None:
@@ -203,6 +294,7 @@ def test_mappings_are_described_by_a_schema(plant: Path) -> None:
     schema = SCHEMAS.load("mapping")("mapping")
     jsonschema.Draft202012Validator.check_schema(schema)
     jsonschema.validate(yaml.safe_load(MAPPING + "ended: true\ntopic: t\nformat: 1\n"), schema)
+    jsonschema.validate(yaml.safe_load(MAPPING.replace("time: t", "time: {column: t, unit: ns}")), schema)
     for wrong in ("{}", "columns: {}", "columns: {x: {values: {}}}", "columns: {x: c}\nmore: 1"):
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate(yaml.safe_load(wrong), schema)

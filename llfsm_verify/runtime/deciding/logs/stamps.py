@@ -1,0 +1,115 @@
+"""Rows of logs that have times: the times, exact and never falling, and properties whose bounds compare them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from fractions import Fraction
+
+from llfsm_verify.checking.goals.goal import Goal
+from llfsm_verify.checking.replay.confirm import Letter
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.logic.formula import FALSE, TIMED, Formula, operators
+from llfsm_verify.logic.lasso import evaluate
+from llfsm_verify.logic.parsing.bounds import decimal
+from llfsm_verify.logic.stamps import Stamped, Unstamped
+from llfsm_verify.runtime.deciding.logs import UNREADABLE
+from llfsm_verify.runtime.deciding.logs.formats import Row
+from llfsm_verify.runtime.deciding.logs.mapping import NUMBER, LogMapping
+from llfsm_verify.runtime.deciding.recordings import Decided, Watch
+
+_DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:\.\d{1,6})?)?(?:Z|[+-]\d\d:?\d\d)?\Z", re.ASCII)
+_BEGINNING = datetime(1970, 1, 1, tzinfo=UTC)
+HINT = "correct the log, or leave `time` out of the mapping: rows are then steps, and bounds in time count `cycle_ms`"
+
+
+class Times:
+    """The times of the rows of one log, in milliseconds."""
+
+    def __init__(self, mapping: LogMapping, path: str) -> None:
+        self._mapping, self._path = mapping, path
+        self._last: tuple[Fraction, str] | None = None
+        self._dates = False
+
+    def read(self, row: Row) -> Fraction:
+        """That of the next row. DiagnosticError (E497): it has none, or one before that of the row before."""
+        text = row.cells.get(self._mapping.time or "")
+        if text is None:
+            raise self._wrong(row, "the row has no time")
+        if NUMBER.match(text):
+            stamp = Fraction(text) * self._mapping.unit
+        elif _DATE.match(text):
+            self._dates = True
+            try:
+                date = datetime.fromisoformat(text)
+            except ValueError as error:
+                raise self._wrong(row, f"`{text[:40]}` is not a time: {error}") from None
+            since = (date if date.tzinfo else date.replace(tzinfo=UTC)) - _BEGINNING
+            stamp = Fraction(since // timedelta(microseconds=1), 1_000)
+        else:
+            raise self._wrong(row, f"`{text[:40]}` is neither a number nor a date with a time")
+        if self._last is not None and stamp < self._last[0]:
+            raise self._wrong(row, f"the time falls from {self._last[1]} to {text}")
+        self._last = stamp, text
+        return stamp
+
+    def text(self, stamp: Fraction) -> str:
+        """A time as the log writes times."""
+        if self._dates:
+            return (_BEGINNING + timedelta(microseconds=float(stamp * 1_000))).isoformat()
+        return ("-" if stamp < 0 else "") + decimal(abs(stamp) / self._mapping.unit)
+
+    def _wrong(self, row: Row, problem: str) -> DiagnosticError:
+        message = f"{row.place}, column `{self._mapping.time}`: {problem}"
+        return DiagnosticError(Diagnostic(UNREADABLE, message, file=self._path, hint=HINT))
+
+
+def is_timed(goal: Goal, assumptions: Sequence[Formula]) -> bool:
+    """Whether a property, or what is assumed, has a bound in time."""
+    return any(operators(f) & TIMED for f in (goal.line.formula, *assumptions) if f is not None)
+
+
+class StampedWatch(Watch):
+    """A property with bounds in time on rows that have times."""
+
+    def __init__(self, goal: Goal, assumptions: Sequence[Formula]) -> None:
+        super().__init__(goal, None)
+        self._parts: list[Stamped] = []
+        self._deadline: Fraction | None = None
+        formula = goal.line.formula
+        if formula is None:
+            self.reason = "an assumption has a bound in time, and the property is not a formula"
+            return
+        self._formula = formula
+        try:
+            self._parts = [Stamped(f) for f in (formula, *assumptions)]
+        except Unstamped as why:
+            self.reason = str(why)
+
+    def read_at(self, letter: Letter, stamp: Fraction, row: int) -> None:
+        """A row with its time. What a broken assumption leaves open is satisfied, as with other monitors."""
+        if self.verdict != "undecided" or not self._parts:
+            return
+        try:
+            found = [part.read(letter, stamp) for part in self._parts]
+        except Unstamped as why:
+            self._parts, self.reason = [], str(why)
+            return
+        broken = next((part for part in self._parts[1:] if part.rest is FALSE), None)
+        decisive = broken or (self._parts[0] if found[0] is not None else None)
+        if decisive is not None:
+            self.verdict = "violated" if broken is None and found[0] is False else "satisfied"
+            self.place, self._deadline = (row, row), decisive.deadline
+
+    def decide_at_end(self, word: Sequence[Letter], delays: Sequence[Fraction], *, assumed: bool) -> None:
+        """The last row repeats forever, after its own delay."""
+        if self.verdict == "undecided" and self._parts:
+            holds = evaluate(self._formula, word[:-1], word[-1:], delays)
+            self.verdict = "violated" if assumed and not holds else "satisfied"
+
+    def decided_at(self, times: Times, *, open_end: str) -> Decided:
+        """As `decided`, with the deadline by which it was decided."""
+        deadline = None if self._deadline is None else times.text(self._deadline)
+        return replace(self.decided(open_end=open_end), deadline=deadline)
