@@ -149,7 +149,10 @@ def _in_window(node: Formula, args: list[Formula], stamp: Fraction) -> Formula:
     if high is not None and (high < stamp or (low is not None and high < low)):
         return FALSE if node.op in REACHING else TRUE
     is_open = low is None or low <= stamp
-    rest = apply(node.op, *node.args, bound=f"@{'' if is_open else low}:{'' if high is None else high}")
+    same = _is_window(node) and (low is None or not is_open)
+    rest = (
+        node if same else apply(node.op, *node.args, bound=f"@{'' if is_open else low}:{'' if high is None else high}")
+    )
     reaching, goal = node.op in REACHING, args[-1]
     if reaching:
         later = both((args[0], rest)) if len(args) == 2 else rest
@@ -172,14 +175,18 @@ def _merged(rest: Formula) -> Formula:
         return rest
     groups: dict[tuple[Op, tuple[Formula, ...]], _Group] = {}
     others: list[Formula] = []
+    count = 0
     for node in rest.args:
-        low, high = _window(node) if _is_window(node) else (Fraction(0), None)
-        if low is not None:
+        if not node.key.startswith("@:") or not _is_window(node):
             others.append(node)
             continue
+        count += 1
+        high = _window(node)[1]
         group = groups.setdefault((node.op, node.args), _Group(node, high))
         shorter = high is not None and (group.high is None or high < group.high)
         if shorter == ((node.op in REACHING) == (rest.op == "and")) and high != group.high:
             group.kept, group.high = node, high
+    if count == len(groups):
+        return rest
     parts: Iterable[Formula] = [*others, *(group.kept for group in groups.values())]
     return both(parts) if rest.op == "and" else either(parts)

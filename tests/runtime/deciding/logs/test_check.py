@@ -7,7 +7,9 @@ import re
 from collections import Counter
 from datetime import UTC, datetime
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
+from random import Random
 
 import jsonschema
 import pytest
@@ -17,6 +19,7 @@ from hypothesis import strategies as st
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.report.schema import SCHEMAS
 from llfsm_verify.report.timeline.formats import TIMELINES
@@ -244,6 +247,37 @@ def test_assumptions_may_have_bounds_in_time(plant: Path) -> None:
     assert decided_at(plant, "0 6 7 8", TIMED, *lines)[0][0] == "undecided"
 
 
+ASKED = (
+    "G (x -> F[<=2s] mode == BUSY)", "F[1s:3s] x", "G[<=4s] !(x && mode == BUSY)", "x U[<=5s] mode == BUSY",
+    "mode == IDLE R[<=3s] x", "G (rose(x) -> F[<=1500ms] fell(x))", "F (x && X[2] F[<=500ms] mode == IDLE)",
+    "G (changed(mode) -> O x)", "G[>=2s] (x -> Y !x || H x)", "F G[<=2s] x", "G F[<=20ms] x",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_verdicts_on_random_times_are_those_of_the_definition(plant: Path, seed: int) -> None:
+    random = Random(seed)
+    rows, now = [], Fraction(random.randrange(-3, 3))
+    for _ in range(random.randrange(1, 12)):
+        rows.append((now, random.random() < 0.4, random.random() < 0.4))
+        now += random.choice([Fraction(0), Fraction(1, 2), Fraction(1), Fraction(9, 8), Fraction(4)])
+    log = "t,fire,alarm\n" + "".join(f"{float(t)},{int(x)},{int(y)}\n" for t, x, y in rows)
+    open_end = decide(plant, log, TIMED, *ASKED)
+    ended = decide(plant, log, TIMED + "ended: true\n", *ASKED)
+    word = [frozenset({*(["x"] if x else []), *(["busy"] if y else [])}) for _, x, y in rows]
+    delays = [1000 * (b[0] - a[0]) for a, b in pairwise(rows)] + [Fraction(10)]
+    for text, (early, row), (verdict, _) in zip(ASKED, open_end, ended, strict=True):
+        plain = text.replace("mode == IDLE", "!busy").replace("mode == BUSY", "busy")
+        plain = plain.replace("rose(x)", "(x && Y !x)").replace("fell(x)", "(!x && Y x)")
+        plain = plain.replace("changed(mode)", "((busy && Y !busy) || (!busy && Y busy))")
+        (line,) = parse_properties([Source("p", f"a: {plain}")]).properties
+        assert line.formula is not None
+        holds = evaluate(line.formula, word[:-1], word[-1:], delays)
+        assert verdict == ("satisfied" if holds else "violated"), text
+        assert early in ("undecided", verdict), text
+        assert (early == "undecided") == (row is None)
+
+
 def test_rows_tell_what_rose_fell_and_changed(plant: Path) -> None:
     log = "t,fire,alarm\n" + "".join(f"{t},{x},{y}\n" for t, x, y in [(0, 1, 0), (1, 1, 1), (2, 0, 1), (3, 1, 1)])
     lines = ("F rose(x)", "F fell(x)", "F changed(mode)", "F rose(x && mode == BUSY)", "F[<=2s] fell(x)")
@@ -329,10 +363,10 @@ def test_other_topics_have_their_last_message_beside_a_row(plant: Path) -> None:
         writer.finish()
     (plant / "mapping.yaml").write_text("columns: {n: p.n, x: '/b:ok'}\ntopic: /a\ntime: log_time\n")
     arrangement = load_arrangement(str(plant / "plant.yaml"))
-    properties = parse_properties([Source("p", "G x\nF n == 2")])
+    properties = parse_properties([Source("p", "G x\nF n == 2\nF[<=1ms] n == 2")])  # times in nanoseconds
     found = check_log(arrangement, properties, str(plant / "log.mcap"), str(plant / "mapping.yaml"), "mcap")
     assert [(d.verdict, d.step, d.time) for d in found] == [
-        ("undecided", None, None), ("satisfied", 2, "4")
+        ("undecided", None, None), ("satisfied", 2, "4"), ("satisfied", 2, "4")
     ]  # fmt: skip
 
 
