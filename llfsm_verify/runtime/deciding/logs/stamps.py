@@ -78,11 +78,10 @@ class StampedWatch(Watch):
         super().__init__(goal, None)
         self._parts: list[Stamped] = []
         self._deadline: Fraction | None = None
-        formula = goal.line.formula
+        self._formula = formula = goal.line.formula
         if formula is None:
             self.reason = "an assumption has a bound in time, and the property is not a formula"
             return
-        self._formula = formula
         try:
             self._parts = [Stamped(f) for f in (formula, *assumptions)]
         except Unstamped as why:
@@ -105,7 +104,7 @@ class StampedWatch(Watch):
 
     def decide_at_end(self, word: Sequence[Letter], delays: Sequence[Fraction], *, assumed: bool) -> None:
         """The last row repeats forever, after its own delay."""
-        if self.verdict == "undecided" and self._parts:
+        if self.verdict == "undecided" and self._formula is not None:
             holds = evaluate(self._formula, word[:-1], word[-1:], delays)
             self.verdict = "violated" if assumed and not holds else "satisfied"
 

@@ -245,12 +245,17 @@ def test_assumptions_may_have_bounds_in_time(plant: Path) -> None:
     assert decided_at(plant, "0 1 7 8", TIMED, *lines)[0][:2] == ("satisfied", 2)  # the assumption is broken before
     lines = (lines[0], "forbid hurry: [x] [true]")
     assert decided_at(plant, "0 6 7 8", TIMED, *lines)[0][0] == "undecided"
+    (plant / "log.csv").write_text("t,fire,alarm\n0,0,0\n")
+    arrangement, of_past = load_arrangement(str(plant / "plant.yaml")), [Source("p", "F O F[<=1s] x")]
+    log, mapping = str(plant / "log.csv"), str(plant / "mapping.yaml")
+    (found,) = check_log(arrangement, parse_properties(of_past), log, mapping, "csv")
+    assert found.verdict == "undecided" and "a past operator that speaks of the future" in found.reason
 
 
 ASKED = (
     "G (x -> F[<=2s] mode == BUSY)", "F[1s:3s] x", "G[<=4s] !(x && mode == BUSY)", "x U[<=5s] mode == BUSY",
     "mode == IDLE R[<=3s] x", "G (rose(x) -> F[<=1500ms] fell(x))", "F (x && X[2] F[<=500ms] mode == IDLE)",
-    "G (changed(mode) -> O x)", "G[>=2s] (x -> Y !x || H x)", "F G[<=2s] x", "G F[<=20ms] x",
+    "G (changed(mode) -> O x)", "F O F[<=1s] x", "G[>=2s] (x -> Y !x || H x)", "F G[<=2s] x", "G F[<=20ms] x",
 )  # fmt: skip
 
 
