@@ -2,24 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil, floor
+from typing import Final
 
-from llfsm_verify.logic.formula import PAST, STEPS, Formula, Op, apply, postorder
+from llfsm_verify.logic.formula import (
+    PAST,
+    PAST_STEPS,
+    STEPS,
+    TIMED,
+    Formula,
+    Op,
+    apply,
+    conjunction,
+    disjunction,
+    mapped,
+    postorder,
+)
 
 MAX_STEPS = 1_000
-"""The largest step bound: writing it out makes a formula as deep as that."""
+"""The largest step bound: writing it out makes a formula as deep as that. Of the past: the largest from below, which
+takes as many bits."""
 MAX_STEPS_IN_ALL = 50_000
 """The largest sum of the step bounds of a formula: so many operators are written out."""
 MAX_TICKS = 1 << 20
-"""The largest bound in time, in cycles."""
+"""The largest bound in time, in cycles, and the largest one of the past in steps: so many states of a counter."""
 HIDDEN = "\0"
 """The keys of atoms that users do not write start with this character."""
 TICK = HIDDEN + "tick"
 """The key of the atom that tells whether time passes after a letter."""
+
+IN_STEPS: Final[dict[str, Op]] = {op[0]: op for op in STEPS | PAST_STEPS}
+"""The operators with a bound in steps, by the letter that is written."""
 
 TimeBound = tuple[Fraction, Fraction | None]
 """The least and the largest number of milliseconds (None: any)."""
@@ -46,7 +63,7 @@ class Clock:
 
 
 def step_bound(f: Formula) -> tuple[int, int]:
-    """The first and the last step that `X[n]`, `F[n:m]` or `G[n:m]` looks at."""
+    """The first and the last step that `X[n]`, `F[n:m]`, `G[n:m]` or an operator of the past looks at."""
     first, _, last = f.key.partition(":")
     return int(first), int(last or first)
 
@@ -60,6 +77,11 @@ def time_bound(key: str) -> TimeBound:
     """The bound in time that an operator has as its `key`."""
     least, _, most = key.rpartition(":")
     return Fraction(least or 0), Fraction(most) if most else None
+
+
+def least_of(f: Formula) -> int | Fraction:
+    """Where the bound of an operator begins: a number of steps or of milliseconds."""
+    return time_bound(f.key)[0] if f.op in TIMED else step_bound(f)[0]
 
 
 def repeat(f: Formula, low: int, high: int | None) -> Formula:
@@ -109,6 +131,23 @@ def _joined_steps(f: Formula) -> Formula:
     return done[f]
 
 
+def without_bounded_since(f: Formula) -> Formula:
+    """`f` with bounds in steps at `O` and `H` only: `p S[0:n] q` is `(p S q) && O[0:n] q`, and `T` is the dual."""
+
+    def change(node: Formula, args: tuple[Formula, ...]) -> Formula | None:
+        if node.op not in ("S[]", "T[]"):
+            return None
+        (first, last), strong = step_bound(node), node.op == "S[]"
+        join = conjunction if strong else disjunction
+        reached = apply("O[]" if strong else "H[]", args[1], bound=f"0:{last - first}")
+        result = join((apply("S" if strong else "T", *args), reached))
+        for _ in range(first):
+            result = apply("Y" if strong else "Z", result)
+        return join((apply("H[]" if strong else "O[]", args[0], bound=f"0:{first - 1}"), result)) if first else result
+
+    return mapped(f, change)
+
+
 def written_out(f: Formula) -> tuple[Formula, int] | None:
     """What `p || X (p || X p)` (or the same with `&&`), the form in which `F[0:2] p` is written out, says of how many
     further steps: `p` and 2. None: it is of another form."""
@@ -123,9 +162,9 @@ def rebuilt(node: Formula, args: tuple[Formula, ...]) -> Formula:
     return apply(node.op, *args, bound=node.key) if args else node
 
 
-def past_depth(f: Formula) -> int:
-    """How many past operators are nested inside each other."""
+def past_depth(f: Formula, weight: Callable[[Formula], int] = lambda _: 1) -> int:
+    """How many past operators are nested inside each other, each of them counted as often as `weight` says."""
     depths: dict[Formula, int] = {}
     for node in postorder(f):
-        depths[node] = max((depths[a] for a in node.args), default=0) + (node.op in PAST)
+        depths[node] = max((depths[a] for a in node.args), default=0) + (weight(node) if node.op in PAST else 0)
     return depths[f]

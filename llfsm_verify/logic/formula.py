@@ -16,6 +16,7 @@ from llfsm_verify.logic.parsing.tokens import needs_quotes
 Op = Literal[
     "true", "false", "atom", "not", "and", "or", "xor", "implies", "iff", "X", "F", "G", "U", "W", "R", "M",
     "Y", "Z", "O", "H", "S", "T", "X[]", "F[]", "G[]", "F<=", "G<=", "U<=", "R<=",
+    "O[]", "H[]", "S[]", "T[]", "O<=", "H<=", "S<=", "T<=",
     "empty", "seq", "fuse", "alt", "inter", "nlm", "repeat", "first_match", "[]->", "<>->", "closure", "initially",
 ]  # fmt: skip
 
@@ -29,11 +30,11 @@ EXTENDED_ARITY: dict[Op, int | None] = {
     **ARITY,
     # past: Y previous (false at the start), Z previous (true there), O once, H historically, S since, T triggered
     "Y": 1, "Z": 1, "O": 1, "H": 1, "S": 2, "T": 2,
-    # steps: the bound is `n` for X[n], `n:m` for F[n:m] and G[n:m]
-    "X[]": 1, "F[]": 1, "G[]": 1,
+    # steps: the bound is `n` for X[n], and `n:m` for F[n:m] and the others
+    "X[]": 1, "F[]": 1, "G[]": 1, "O[]": 1, "H[]": 1, "S[]": 2, "T[]": 2,
     # time: the bound is the largest number of milliseconds, whole or with a decimal point, or the least, `:`, and the
     # largest or nothing
-    "F<=": 1, "G<=": 1, "U<=": 2, "R<=": 2,
+    "F<=": 1, "G<=": 1, "U<=": 2, "R<=": 2, "O<=": 1, "H<=": 1, "S<=": 2, "T<=": 2,
     # regular expressions over formulas without temporal operators; the bound of `repeat` is `i:j`, or `i:` without end
     "empty": 0, "seq": None, "fuse": None, "alt": None, "inter": None, "nlm": None, "repeat": 1, "first_match": 1,
     # an expression with a formula: after every match, after some match; and the weak closure of an expression
@@ -43,11 +44,15 @@ EXTENDED_ARITY: dict[Op, int | None] = {
 }  # fmt: skip
 """The number of arguments of every operator; None: two or more (docs/property-reference.md says what each means)."""
 
-BOUNDED: frozenset[Op] = frozenset({"X[]", "F[]", "G[]", "F<=", "G<=", "U<=", "R<=", "repeat"})
-"""The operators that carry a bound."""
-PAST: frozenset[Op] = frozenset({"Y", "Z", "O", "H", "S", "T"})
 STEPS: frozenset[Op] = frozenset({"X[]", "F[]", "G[]"})
-TIMED: frozenset[Op] = frozenset({"F<=", "G<=", "U<=", "R<="})
+"""The operators of the future with a bound in steps, which are written out by `X`."""
+PAST_STEPS: frozenset[Op] = frozenset({"O[]", "H[]", "S[]", "T[]"})
+PAST_TIMED: frozenset[Op] = frozenset({"O<=", "H<=", "S<=", "T<="})
+BOUNDED_PAST = PAST_STEPS | PAST_TIMED
+PAST: frozenset[Op] = BOUNDED_PAST | {"Y", "Z", "O", "H", "S", "T"}
+TIMED: frozenset[Op] = PAST_TIMED | {"F<=", "G<=", "U<=", "R<="}
+BOUNDED: frozenset[Op] = STEPS | PAST_STEPS | TIMED | {"repeat"}
+"""The operators that carry a bound."""
 EXPRESSIONS: frozenset[Op] = frozenset({"empty", "seq", "fuse", "alt", "inter", "nlm", "repeat", "first_match"})
 """The operators of regular expressions (whose smallest pieces are formulas without temporal operators)."""
 BINDING: frozenset[Op] = frozenset({"[]->", "<>->", "closure"})
@@ -238,8 +243,10 @@ def repetition(f: Formula) -> tuple[int, int | None]:
 _LEVEL: dict[Op, int] = {
     "iff": 1, "implies": 2, "or": 3, "xor": 4, "and": 5,
     "U": 6, "W": 6, "R": 6, "M": 6, "S": 6, "T": 6, "U<=": 6, "R<=": 6,
+    "S[]": 6, "T[]": 6, "S<=": 6, "T<=": 6,
     "not": 7, "X": 7, "F": 7, "G": 7, "Y": 7, "Z": 7, "O": 7, "H": 7,
-    "initially": 7, "X[]": 7, "F[]": 7, "G[]": 7, "F<=": 7, "G<=": 7, "atom": 8, "true": 8, "false": 8,
+    "initially": 7, "X[]": 7, "F[]": 7, "G[]": 7, "F<=": 7, "G<=": 7,
+    "O[]": 7, "H[]": 7, "O<=": 7, "H<=": 7, "atom": 8, "true": 8, "false": 8,
 }  # fmt: skip
 """How tightly an operator binds (the levels of grammar.lark)."""
 
@@ -287,12 +294,12 @@ def _parts(f: Formula) -> list[Formula | str]:
 
 
 def written(f: Formula) -> str:
-    """The operator of `f` with its bound: `U`, `F[2:5]`, `G[<=500ms]`, `F[1s:2s]`, `G[>=500ms]`."""
+    """The operator of `f` with its bound: `U`, `F[2:5]`, `O[<=500ms]`, `F[1s:2s]`, `G[>=500ms]`."""
     if f.op in TIMED:
         least, most = (time_text(part) for part in f.key.rpartition(":")[::2])
         times = f"{least}:{most}" if least and most else f">={least}" if least else f"<={most}"
         return f"{f.op[0]}[{times}]"
-    return f"{f.op[0]}[{f.key}]" if f.op in STEPS else f.op
+    return f"{f.op[0]}[{f.key}]" if f.op in STEPS | PAST_STEPS else f.op
 
 
 def time_text(milliseconds: str, gap: str = "") -> str:

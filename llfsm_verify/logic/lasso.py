@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from math import inf
+from itertools import accumulate
+from math import ceil, floor, inf
 
 from llfsm_verify.logic.bounds import past_depth, step_bound, time_bound
-from llfsm_verify.logic.formula import EXPRESSIONS, FALSE, PAST, Formula, Op, postorder
+from llfsm_verify.logic.formula import EXPRESSIONS, FALSE, PAST, PAST_STEPS, PAST_TIMED, Formula, Op, postorder
 from llfsm_verify.logic.word import CONNECTIVES, Lasso, Letter, Times, holds_in
 
 Row = list[bool]
@@ -42,8 +44,9 @@ def truth_of(
         raise ValueError("a lasso needs a loop")
     if delays is not None and len(delays) != len(stem) + len(loop):
         raise ValueError("there is one delay for each letter of stem and loop")
-    # What has been changes with each turn of the loop, one turn for each past operator inside another; then no more.
-    turns = max(map(past_depth, formulas))
+    # What has been changes with each turn of the loop, so many for each past operator inside another; then no more.
+    again = None if delays is None else sum(Fraction(time) for time in delays[len(stem) :])
+    turns = max(past_depth(f, lambda node: _turns(node, len(loop), again)) for f in formulas)
     word = Lasso(
         (*stem, *list(loop) * turns, *loop),
         len(stem) + turns * len(loop),
@@ -54,6 +57,16 @@ def truth_of(
         if node.op not in EXPRESSIONS:
             truth[node] = _row(node, truth, word)
     return word, truth
+
+
+def _turns(node: Formula, letters: int, time: Fraction | int | None) -> int:
+    """How many turns of a loop of so many letters and milliseconds a past operator sees from its end."""
+    if node.op in PAST_STEPS:
+        return ceil(step_bound(node)[1] / letters)
+    if node.op not in PAST_TIMED or not time:
+        return 1
+    least, most = time_bound(node.key)
+    return 1 + floor((least if most is None else most) / time) + (most is None)
 
 
 def _row(node: Formula, truth: Mapping[Formula, Row], word: Lasso) -> Row:
@@ -77,6 +90,8 @@ def _row(node: Formula, truth: Mapping[Formula, Row], word: Lasso) -> Row:
             return _steps(node, args[0], word)
         case "F<=" | "G<=" | "U<=" | "R<=":
             return _timed(node, args, word)
+        case "O[]" | "H[]" | "S[]" | "T[]" | "O<=" | "H<=" | "S<=" | "T<=":
+            return _bounded_past(node, args, word)
         case "F" | "G" | "U" | "W" | "R" | "M" | "O" | "H" | "S" | "T":
             return _unfolded(node.op, args, word)
     raise AssertionError(node.op)
@@ -111,6 +126,40 @@ def _steps(node: Formula, argument: Row, word: Lasso) -> Row:
             seen.append(argument[at])
             at = word.after(at)
         row.append(all(seen) if node.op == "G[]" else any(seen))
+    return row
+
+
+def looked_back(node: Formula, word: Lasso) -> list[tuple[int, int]]:
+    """From where to where a bounded past operator looks at each position; nowhere, where the second is less.
+
+    ValueError: a bound in time, and no delays.
+    """
+    if node.op in PAST_STEPS:
+        first, last = step_bound(node)
+        return [(max(0, i - last), i - first) for i in range(len(word.letters))]
+    if word.delays is None:
+        raise ValueError("a time bound needs the delays between letters")
+    least, most = time_bound(node.key)
+    at = list(accumulate((Fraction(time) for time in word.delays[:-1]), initial=Fraction(0)))
+    return [
+        (0 if most is None else bisect_left(at, now - most), min(i, bisect_right(at, now - least) - 1))
+        for i, now in enumerate(at)
+    ]
+
+
+def _bounded_past(node: Formula, args: Sequence[Row], word: Lasso) -> Row:
+    """By the letters in which the second operand of `S` held: one that the bound allows, and after which the first one
+    never failed. `O` has no first one, and `H` and `T` are the duals."""
+    dual = node.op[0] in "HT"
+    goal = [holds != dual for holds in args[-1]]
+    held = list(accumulate(goal, initial=0))
+    row: Row = []
+    kept_from = 0
+    for i, (first, last) in enumerate(looked_back(node, word)):
+        if len(args) == 2 and args[0][i] == dual:
+            kept_from = i
+        first = max(first, kept_from)
+        row.append((first <= last and held[last + 1] > held[first]) != dual)
     return row
 
 

@@ -13,8 +13,8 @@ from itertools import combinations, islice
 from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.checking.goals.goal import mask
 from llfsm_verify.logic.bounds import HIDDEN, Clock, time_bound
-from llfsm_verify.logic.formula import Formula, atoms
-from llfsm_verify.logic.lasso import evaluate, truth_of
+from llfsm_verify.logic.formula import BOUNDED_PAST, Formula, atoms
+from llfsm_verify.logic.lasso import evaluate, looked_back, truth_of
 from llfsm_verify.logic.regular import exclusions
 from llfsm_verify.logic.rewriting.literals import NEGATIVE, atom_of, every_literal, literal_letter, over_literals
 from llfsm_verify.logic.word import Times
@@ -52,6 +52,7 @@ class Reading:
             delays = [*delays, clock.period]
         self._shown, self._delays = shown, delays
         stem, again = self._split(shown)
+        self._back: dict[Formula, list[tuple[int, int]]] = {}
         self._word, self._truth = truth_of(tuple(dict.fromkeys(places.values())), stem, again, delays)
 
     def _split(self, shown: Sequence[Letter]) -> tuple[Sequence[Letter], Sequence[Letter]]:
@@ -110,7 +111,13 @@ class Reading:
             at = self.after(at)
 
     def window(self, node: Formula, at: int) -> tuple[list[int], list[int]]:
-        """The positions before the time of an operator with a bound in time at a position, and within it, each once."""
+        """The positions before what the bound of an operator at a position allows, and within it, each once, in the
+        direction in which the operator looks."""
+        if node.op in BOUNDED_PAST:
+            if node not in self._back:
+                self._back[node] = looked_back(node, self._word)
+            first, last = self._back[node][at]
+            return list(range(at, max(first, last + 1) - 1, -1)), list(range(last, first - 1, -1))
         assert self._word.delays is not None, "a bound in time comes with a clock"
         least, most = time_bound(node.key)
         later = Times(self._word).later(at, least) if least else (0, Fraction(0), at)
@@ -194,18 +201,19 @@ def _parts(reading: Reading, formula: Formula, at: int) -> Iterator[_Place]:
             if at and reading.is_false(args[0], at) and reading.is_false(formula, at - 1):
                 yield args[0], at
                 yield formula, at - 1
-        case "F<=" | "G<=":
+        case "F<=" | "G<=" | "O<=" | "H<=" | "O[]" | "H[]":
             yield from ((args[0], here) for here in reading.window(formula, at)[1])
-        case "U<=":
+        case "U<=" | "S<=" | "S[]":
             yield from _until_in_time(reading, formula, at)
-        case "R<=":
+        case "R<=" | "T<=" | "T[]":
             yield from _release_in_time(reading, formula, at)
         case _:
             assert formula.op in ("true", "false"), f"{formula.op} is not an operator over literals"
 
 
 def _until_in_time(reading: Reading, formula: Formula, at: int) -> Iterator[_Place]:
-    """`a U[…] b`: b, if it is time, or a and the same at the next position, as long as there is time for that."""
+    """`a U[…] b`: b, if it is time, or a and the same at the next position, as long as there is time for that. `S` is
+    the same backwards."""
     a, b = formula.args
     early, window = reading.window(formula, at)
     places = early + window

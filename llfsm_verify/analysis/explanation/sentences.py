@@ -23,6 +23,12 @@ _DUAL: dict[Op, Op] = {
     "M": "W",
     "O": "H",
     "H": "O",
+    "F<=": "G<=",
+    "G<=": "F<=",
+    "O<=": "H<=",
+    "H<=": "O<=",
+    "O[]": "H[]",
+    "H[]": "O[]",
 }
 
 
@@ -53,7 +59,7 @@ class Sentences:
                     node, at = node.args[0], self._reading.after(at)
                 case "G":
                     node, at = node.args[0], self._first(node.args[0], negative, at)
-                case "G<=":
+                case "G<=" | "H<=" | "H[]":
                     at = next(i for i in self._reading.window(node, at)[1] if self._fails(node.args[0], negative, i))
                     node = node.args[0]
                 case "H":  # the last position at which it failed
@@ -61,6 +67,8 @@ class Sentences:
                         node.args[0],
                         next(i for i in range(at, -1, -1) if self._fails(node.args[0], negative, i)),
                     )
+                case "O<=" | "O[]" if window := self._reading.window(node, at)[1]:
+                    return f"{_quoted(node.args[0], negative)} is not true {self._span(window[-1], window[0])}"
                 case "O":
                     return f"{_said(node.args[0], negative, True, 'has not been')} up to {self._step(at)}"
                 case "iff" | "xor" if self._reading.loop is not None:
@@ -81,8 +89,6 @@ class Sentences:
     def _kind(self, node: Formula, negative: bool) -> str:
         if node.op == "implies":
             return "and" if negative else "or"
-        if node.op in ("F<=", "G<="):
-            return node.op if not negative else {"F<=": "G<=", "G<=": "F<="}[node.op]
         return _DUAL.get(node.op, node.op) if negative else node.op
 
     def _fails(self, node: Formula, negative: bool, at: int) -> bool:
@@ -98,8 +104,7 @@ class Sentences:
             last = at
             for _ in range(chain[1]):
                 last = self._reading.after(last)
-            span = f"from {self._step(at)} to {self._step(last)}"
-            return f"{_quoted(chain[0], negative)} is not true {span}"
+            return f"{_quoted(chain[0], negative)} is not true {self._span(at, last)}"
         if depth > DEEPEST:
             return f"{_said(node, negative, False)} {self._where(at)}"
         clauses = []
@@ -174,6 +179,9 @@ class Sentences:
     def _where(self, at: int) -> str:
         letter = self._reading.letter(at)
         return "after the last step" if letter is None else self._place(letter)
+
+    def _span(self, first: int, last: int) -> str:
+        return self._where(first) if first == last else f"from {self._step(first)} to {self._step(last)}"
 
     def _step(self, at: int) -> str:
         """The same after a preposition: `from step 3`, `of the initial configuration`."""

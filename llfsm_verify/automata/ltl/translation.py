@@ -17,6 +17,7 @@ from llfsm_verify.automata.safety import BadPrefix, PrefixMonitor, safety
 from llfsm_verify.logic.bounds import HIDDEN, Clock, rebuilt, without_steps
 from llfsm_verify.logic.formula import (
     BINDING,
+    BOUNDED_PAST,
     PAST,
     TIMED,
     Formula,
@@ -53,10 +54,7 @@ def automaton_of(formula: Formula, atom_order: Sequence[str] | None = None, *, n
         raise Untranslatable("a bound in time needs the time of each step, and words of letters have none")
     if is_plain(plain):
         return translate(plain, keys, negate=negate)
-    from llfsm_verify.automata.ltl.history import memories_of
-
-    rest, memories = memories_of(negation(plain) if negate else plain, keys)
-    return _over(rest, keys, memories)
+    return _over(*_remembered(negation(plain) if negate else plain, keys))
 
 
 def reader_of(
@@ -110,19 +108,33 @@ def is_safety_property(formula: Formula, atom_order: Sequence[str], clock: Clock
 
 def _counting(formula: Formula, keys: Sequence[str], clock: Clock) -> Counting:
     from llfsm_verify.automata.ltl.counting import Counting
-    from llfsm_verify.automata.ltl.history import memories_of
     from llfsm_verify.automata.ltl.timed import separate
 
-    rest, memories = memories_of(without_steps(formula), keys)
+    rest, _, memories, ahead = _remembered(without_steps(formula), keys, clock)
     parts = separate(rest, clock, keys)
-    return Counting(_over(parts.formula, (*keys, *parts.hidden), memories), parts.counters, keys)
+    return Counting(_over(parts.formula, (*keys, *parts.hidden), memories, ahead), parts.counters, keys)
 
 
-def _over(formula: Formula, keys: Sequence[str], memories: Sequence[Memory]) -> Automaton:
+def _remembered(
+    formula: Formula, keys: Sequence[str], clock: Clock | None = None
+) -> tuple[Formula, Sequence[str], Sequence[Memory], Sequence[str]]:
+    """The arguments of `_over`: with memories for past operators over `keys`, and for all of those with bounds."""
+    from llfsm_verify.automata.ltl.history import guess_future, memories_of
+
+    ahead: tuple[str, ...] = ()
+    if operators(formula) & BOUNDED_PAST:
+        formula, ahead = guess_future(formula)
+    rest, memories = memories_of(formula, (*keys, *ahead), clock)
+    return rest, keys, memories, ahead
+
+
+def _over(formula: Formula, keys: Sequence[str], memories: Sequence[Memory], ahead: Sequence[str] = ()) -> Automaton:
     """The automaton over `keys` of a formula without bounds in time, in which the atoms of `memories` are what they
-    say of the letters up to there, and other atoms can be chosen freely. What is left of the past is guessed."""
+    say of the letters up to there, also of what those of `ahead` are guessed to be, and other atoms can be chosen
+    freely. What is left of the past is guessed."""
     present, guessed = without_past(formula)
-    shown = (*keys, *(m.atom.key for m in memories))
+    kept = (*keys, *ahead)
+    shown = (*kept, *(m.atom.key for m in memories))
     if operators(present) & BINDING:
         from llfsm_verify.automata.ltl.psl import expression_automaton
 
@@ -135,7 +147,8 @@ def _over(formula: Formula, keys: Sequence[str], memories: Sequence[Memory]) -> 
         return automaton
     from llfsm_verify.automata.ltl.history import remembering
 
-    return smaller(remembering(automaton, memories, len(keys)))
+    found = remembering(automaton, memories, len(kept))
+    return smaller(project(found, len(keys)) if ahead else found)
 
 
 def without_past(formula: Formula) -> tuple[Formula, tuple[str, ...]]:

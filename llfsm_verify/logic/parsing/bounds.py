@@ -9,11 +9,12 @@ from typing import NamedTuple
 
 from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.bounds import MAX_STEPS, TimeBound, time_bound
+from llfsm_verify.logic.bounds import IN_STEPS, MAX_STEPS, MAX_TICKS, TimeBound, time_bound
 from llfsm_verify.logic.formula import TIMED, Op
 from llfsm_verify.logic.parsing.words import Words
 
-BOUNDABLE = frozenset("XFGUR")
+BOUNDABLE = frozenset("XFGUROHST")
+_BACK = frozenset("OHST")
 _LONG = re.compile(r"[0-9]{13,}|[0-9]{10,}(?![0-9.]|ms|s|min)")
 _SPELLINGS = {
     r"(?<=[0-9])(?:milliseconds?|msecs?)\b": "ms", r"(?<=[0-9])(?:seconds?|secs?)": "s",
@@ -25,11 +26,13 @@ _HINTS = {
     "X": "write `X[3]` for three steps",
     "U": "write `p U[<=500ms] q` or `p U[1s:2s] q` for a bound in time",
     "R": "write `p R[<=500ms] q` or `p R[1s:2s] q` for a bound in time",
+    "S": "write `p S[0:10] q` for steps, or `p S[<=500ms] q` or `p S[1s:2s] q` for time",
+    "T": "write `p T[0:10] q` for steps, or `p T[<=500ms] q` or `p T[1s:2s] q` for time",
 }
-_UNBOUNDED = frozenset("WMYZOHST")
+_UNBOUNDED = frozenset("WMYZ")
 _STEP_BACK = "YZ"
 _HINT = "write `{0}[2:5]` for steps, or `{0}[<=500ms]`, `{0}[1s:2s]` or `{0}[>=1s]` for time"
-_TIMED: dict[str, Op] = {"F": "F<=", "G": "G<=", "U": "U<=", "R": "R<="}
+_TIMED: dict[str, Op] = {op[0]: op for op in TIMED}
 
 
 class Bound(NamedTuple):
@@ -55,23 +58,27 @@ def read_bound(words: Words, i: int) -> Bound | None:
         hint = meant(letter, text) or _HINTS.get(letter, _HINT.format(letter))
         message = found or f"`[{text[:40]}]` is not a valid bound of `{letter}`"
         if _LONG.search(text):
-            message = f"this number is too large: a bound has at most {MAX_STEPS:,} steps, and a time at most 12 digits"
-        raise words.error(codes.BOUND, message, i + 1, last, hint)
+            most = MAX_TICKS if letter in _BACK else MAX_STEPS
+            message = f"this number is too large: a bound has at most {most:,} steps, and a time at most 12 digits"
+        first = i + 1
+        if letter in _BACK and not re.search("[:<>]", text) and milliseconds(text) is None:  # perhaps an index
+            hint, first = f'{hint}, or `"{letter}"[{text[:40]}]` for an element of a variable of this name', i
+        raise words.error(codes.BOUND, message, first, last, hint)
     return Bound(*found, last)
 
 
 def _no_bound(words: Words, i: int, last: int, text: str) -> DiagnosticError:
     letter = words.tokens[i].type
     if not any(unit in text for unit in ("ms", "s", "min")):
-        message, hint = f"only `X`, `F` and `G` take a number of steps, and `{letter}` does not", None
+        message, hint = f"only `X F G O H S T` take a bound in steps, and `{letter}` does not", None
         if ":" not in text:  # perhaps the index of a variable
             hint = f'write `"{letter}"[{text[:40]}]` for an element of a variable of this name'
         if letter in _STEP_BACK:
             repeated = f"write `{letter} {letter}` for two steps back"
             hint = repeated if hint is None else f"{repeated}, and {hint.removeprefix('write ')}"
     else:
-        message = f"only `F`, `G`, `U` and `R` take a bound in time, and `{letter}` does not"
-        hint = "let a machine measure with `after`, and ask for its state"
+        message = f"only `F G U R O H S T` take a bound in time, and `{letter}` does not"
+        hint = f"write `{'O' if letter == 'Y' else 'H'}[{text}]`"
         if letter == "W":
             until_then = "G" if text.startswith(">=") else f"G[<={text.rpartition(':')[2].removeprefix('<=')}]"
             hint = f"write `p U[{text}] q || {until_then} p`"
@@ -128,14 +135,16 @@ def meant(letter: str, text: str) -> str | None:
             return f"write `{letter}[>={least}]`"
         if milliseconds(text.removeprefix(":")) is not None:
             return f"write `{letter}[<={text.removeprefix(':')}]`"
-    if letter in "FG":
+    if letter in IN_STEPS and letter != "X":
         if re.fullmatch(r":?[0-9]{1,9}", text):
             return f"write `{letter}[0:{text.removeprefix(':')}]`"
-        if re.fullmatch(r"[0-9]{1,9}:", text):
-            return f"write `X[{least}] {letter}`"
+        if letter not in "ST" and re.fullmatch(r"[0-9]{1,9}:", text):
+            back = " ".join(("Y" if letter in "OS" else "Z") * min(int(least), 9))
+            return f"write `X[{least}] {letter}`" if letter in "FG" else f"write `{back} {letter}`"
     if letter in _TIMED and re.fullmatch(r"[<>]=[0-9]{1,9}", text):
         steps = f"{letter}[0:{text[2:]}]" if text[0] == "<" else f"X[{text[2:]}] {letter}"
-        return f"write `{letter}[{text}s]` for seconds" + (f", or `{steps}` for steps" if letter in "FG" else "")
+        in_steps = letter in "FG" or (letter in _BACK and text[0] == "<")
+        return f"write `{letter}[{text}s]` for seconds" + (f", or `{steps}` for steps" if in_steps else "")
     return None
 
 
@@ -165,12 +174,13 @@ def decimal(value: Fraction) -> str:
 
 def _steps(letter: str, text: str) -> tuple[Op, str] | str | None:
     match = re.match(r"([0-9]{1,9})(?::([0-9]{1,9}))?\Z", text)
-    if match is None or letter in "UR" or (match[2] is None) != (letter == "X"):
+    if match is None or letter not in IN_STEPS or (match[2] is None) != (letter == "X"):
         return None
     numbers = [int(n) for n in match.groups() if n is not None]
-    if max(numbers) > MAX_STEPS:
-        return f"a bound has at most {MAX_STEPS:,} steps"
+    if max(numbers) > (MAX_TICKS if letter in _BACK else MAX_STEPS):
+        return f"a bound has at most {MAX_TICKS if letter in _BACK else MAX_STEPS:,} steps"
     if numbers != sorted(numbers):
         return f"`[{text}]` ends before it starts"
-    op: Op = "X[]" if letter == "X" else "F[]" if letter == "F" else "G[]"
-    return op, ":".join(map(str, numbers))
+    if numbers[0] > MAX_STEPS:
+        return f"a bound of the past begins at most {MAX_STEPS:,} steps back: each of them takes a bit"
+    return IN_STEPS[letter], ":".join(map(str, numbers))

@@ -53,6 +53,7 @@ def polar_parts(f: Formula, negative: bool) -> list[tuple[Formula, bool]]:
 _DUAL: dict[Op, Op] = {
     "and": "or", "or": "and", "F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W", "X": "X",
     "Y": "Z", "Z": "Y", "O": "H", "H": "O", "S": "T", "T": "S", "F<=": "G<=", "G<=": "F<=", "U<=": "R<=", "R<=": "U<=",
+    "O[]": "H[]", "H[]": "O[]", "S[]": "T[]", "T[]": "S[]", "O<=": "H<=", "H<=": "O<=", "S<=": "T<=", "T<=": "S<=",
 }  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from llfsm_verify.logic.bounds import rebuilt, time_bound, written_out
+from llfsm_verify.logic.bounds import least_of, rebuilt, written_out
 from llfsm_verify.logic.formula import BINDING, FALSE, TRUE, Formula, Op, apply, conjunction, disjunction, negation
 from llfsm_verify.logic.rewriting.normal_form import temporal
 
@@ -79,12 +79,15 @@ def _folded(node: Formula, args: tuple[Formula, ...]) -> Formula:
             return last if first is TRUE else negation(first)
         case "X" | "F" | "G" | "O" | "H" | "F<=" | "G<=":
             return first
+        case "O[]" | "H[]" | "O<=" | "H<=":  # `O[2:5] true`: two letters are there
+            settled = (first is FALSE) == (node.op[0] == "O") or least_of(node) == 0
+            return first if settled else rebuilt(node, args)
         case "Y" | "Z":
             return first if (first is FALSE) == (node.op == "Y") else rebuilt(node, args)
         case "U" | "W" | "R" | "M":
             return temporal(node.op, *args)
-        case "U<=" | "R<=":
-            return _folded_in_time(node, first, last)
+        case "U<=" | "R<=" | "S<=" | "T<=" | "S[]" | "T[]":
+            return _folded_bounded(node, first, last)
         case "S" | "T":
             if last in CONSTANTS:
                 return last
@@ -94,14 +97,19 @@ def _folded(node: Formula, args: tuple[Formula, ...]) -> Formula:
     return rebuilt(node, args)
 
 
-def _folded_in_time(node: Formula, first: Formula, last: Formula) -> Formula:
-    """`first U[…] last` or `first R[…] last`, one of them constant."""
-    op: Op = "F<=" if node.op == "U<=" else "G<="
-    one, zero = (TRUE, FALSE) if node.op == "U<=" else (FALSE, TRUE)
-    if last is zero or (first is one and last in CONSTANTS):
+_OF_ONE: dict[Op, Op] = {
+    "U<=": "F<=", "R<=": "G<=", "S<=": "O<=", "T<=": "H<=", "S[]": "O[]", "T[]": "H[]",
+}  # fmt: skip
+"""What a bounded operator of two arguments is where the first one says nothing."""
+
+
+def _folded_bounded(node: Formula, first: Formula, last: Formula) -> Formula:
+    """`first U[…] last` or another such operator, one of them constant."""
+    one, zero = (TRUE, FALSE) if node.op[0] in "US" else (FALSE, TRUE)
+    if last is zero:
         return last
     if first is one:
-        return apply(op, last, bound=node.key)
-    if time_bound(node.key)[0] == 0:
+        return _folded(apply(_OF_ONE[node.op], last, bound=node.key), (last,))
+    if least_of(node) == 0:
         return last
     return zero if first is zero else rebuilt(node, (first, last))  # `p U[1s:2s] true`: p holds for a second

@@ -14,7 +14,7 @@ TOKENS: Final = re.compile(
     rf"""
     (?P<SKIP>\s+|\#[^\n]*|--[^\n]*)
   | (?P<QUOTED>"[^"\n]*")
-  | (?P<STEPS>[FG]\s*\[\s*\d+\s*,\s*\d+\s*\])
+  | (?P<STEPS>[FGOH]\s*\[\s*\d+\s*,\s*\d+\s*\])
   | (?P<ATOM>(?!(?:{_OPERATORS})\b){_TERM}(?:\s*(?:!=|<=|>=|=|<(?!->)|>|[-+*/](?!>))\s*(?!(?:{_OPERATORS})\b){_TERM})*)
   | (?P<SIGN><->|->|\||&|!)
   | (?P<OPEN>\()

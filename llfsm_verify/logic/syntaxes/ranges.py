@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
-from llfsm_verify.logic.bounds import MAX_STEPS
-from llfsm_verify.logic.formula import Op
+from llfsm_verify.logic.bounds import IN_STEPS, MAX_STEPS, MAX_TICKS
+from llfsm_verify.logic.formula import PAST_STEPS, Op
 
 MAX_REPETITIONS = 10_000
 
@@ -43,12 +43,13 @@ def repetitions(text: str) -> tuple[int, int | None]:
 
 
 def step_operators(text: str) -> list[tuple[Op, str]]:
-    """The operators with their bounds that `X[3]`, `X[!]`, `F[2:5]` or `G[2:]` stands for; WrongRange."""
+    """The operators with their bounds that `X[3]`, `X[!]`, `F[2:5]`, `G[2:]` or `O[2,5]` stands for; WrongRange."""
     letter = text[0]
     inside = re.sub(r"[\s!]", "", text[text.index("[") + 1 : -1])
     low_text, separator, high_text = _split(inside)
-    op: Op = "X[]" if letter == "X" else "F[]" if letter == "F" else "G[]"
+    op = IN_STEPS[letter]
     endless: Op = "F" if letter == "F" else "G"
+    most = MAX_TICKS if op in PAST_STEPS else MAX_STEPS
     if letter == "X" and not inside:
         return [("X", "")]
     low = _number(low_text, MAX_STEPS, "steps") if low_text else None
@@ -56,7 +57,7 @@ def step_operators(text: str) -> list[tuple[Op, str]]:
         raise WrongRange(f"`{text}` has a bound that says nothing")
     if letter == "X":
         return [("X[]", str(low))]
-    high = _number(high_text, MAX_STEPS, "steps") if high_text else None
+    high = _number(high_text, most, "steps") if high_text else None
     if high is None:
         return [("X[]", str(low)), (endless, "")]
     if high < low:

@@ -10,10 +10,11 @@ from typing import Final
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.bounds import step_bound, without_steps
+from llfsm_verify.logic.bounds import step_bound, without_bounded_since, without_steps
 from llfsm_verify.logic.formula import (
     BINDING,
     EXPRESSIONS,
+    PAST_STEPS,
     STEPS,
     TIMED,
     Formula,
@@ -50,8 +51,8 @@ class _Spelling:
     instead: Mapping[Op, Callable[..., Formula]]
     steps: Callable[[Formula], str] | None = None
     """The operator with a step bound; None: bounds are written out."""
-    timed: bool = False
-    """There are operators with a bound in time, written as `written` does."""
+    bounds: bool = False
+    """There are operators with a bound in time, and of the past with one in steps, written as `written` does."""
     expressions: bool = False
 
 
@@ -62,6 +63,8 @@ def write_formula(syntax: str, formula: Formula, limit: int | None = None) -> st
     """
     spelling = SPELLINGS[syntax]
     formula = _said(spelling, formula if spelling.steps else without_steps(formula))
+    if not spelling.bounds and "O" in spelling.prefix:
+        formula = without_bounded_since(formula)
     pieces: list[str] = []
     length = 0
     stack: list[Formula | str] = [formula]
@@ -83,7 +86,7 @@ def write_formula(syntax: str, formula: Formula, limit: int | None = None) -> st
         text[1:-1]
         if text.startswith("(")
         and text.endswith(")")
-        and formula.op in {*spelling.infix, *TIMED, *BINDING} - {"F<=", "G<="}
+        and formula.op in {*spelling.infix, *BINDING, *TIMED, *PAST_STEPS}
         else text
     )
 
@@ -98,9 +101,9 @@ def _pieces(spelling: _Spelling, f: Formula) -> Pieces:
         return [spelling.true if f.op == "true" else spelling.false]
     if f.op == "atom":
         return [spelling.atom(f.key)]
-    if f.op in STEPS and spelling.steps:
+    if spelling.steps and (f.op in STEPS or (f.op in ("O[]", "H[]") and "O" in spelling.prefix)):
         return [spelling.steps(f), "(", f.args[0], ")"]
-    if f.op in TIMED and spelling.timed:
+    if spelling.bounds and f.op in TIMED | PAST_STEPS:
         sign = f"{written(f)} "
         return ["(", f.args[0], f" {sign}", f.args[1], ")"] if len(f.args) == 2 else [sign, "(", f.args[0], ")"]
     if f.op in spelling.prefix:
@@ -216,7 +219,7 @@ SPELLINGS: Final[dict[str, _Spelling]] = {
         "a property file",
         {**_PREFIX, **_PAST},
         {**_INFIX, "and": "&&", "or": "||", "xor": "xor", "W": "W", "R": "R", "M": "M", "S": "S", "T": "T"},
-        "true", "false", _ours, {}, _with_bounds, timed=True,
+        "true", "false", _ours, {}, _with_bounds, bounds=True,
     ),
     "spot": _Spelling(
         "Spot",
