@@ -8,7 +8,7 @@ from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.labels import Cube, L, alphabet_of
 from llfsm_verify.automata.ltl.counting import Counting
 from llfsm_verify.automata.ltl.translate import translate
-from llfsm_verify.automata.ltl.translation import automaton_of, reader_of
+from llfsm_verify.automata.ltl.translation import automaton_of, counting_of
 from llfsm_verify.automata.omega.products import explore
 from llfsm_verify.automata.omega.reduction import closure
 from llfsm_verify.automata.omega.simulation import simulating
@@ -21,7 +21,7 @@ from llfsm_verify.monitoring.states import MAX_EDGES, Monitor, Monitorability, M
 
 __all__ = ["Monitor", "MonitorEdge", "MonitorVerdict", "Monitorability", "monitor", "monitor_of"]
 
-MAX_STATES = 10_000
+MAX_STATES = 25_000
 
 
 def monitor(
@@ -145,12 +145,14 @@ def timed_automaton(formula: Formula, keys: Sequence[str], clock: Clock | None =
     """
     if clock is None or not operators(formula) & TIMED:
         return automaton_of(formula, keys)
-    reader = reader_of(formula, keys, clock)
-    assert isinstance(reader, Counting)
+    reader = counting_of(formula, keys, clock)
     if reader.is_empty:
         return Automaton(tuple(keys), (), reader.acceptance_sets + 1)
     sets = reader.acceptance_sets + 1
-    return explore(0, lambda state: _moves(reader, state), keys, sets, MAX_TIMED_STATES, MAX_TIMED_EDGES)
+    states, edges = MAX_TIMED_STATES, MAX_TIMED_EDGES
+    if not reader.counters:  # only of the past: there is nothing to write out
+        states, edges = max(states, len(reader.steps)), max(edges, 4 * sum(map(len, reader.steps)))
+    return explore(0, lambda state: _moves(reader, state), keys, sets, states, edges)
 
 
 def _moves(reader: Counting, state: int) -> list[tuple[int, int, int, int]]:

@@ -6,8 +6,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
-from llfsm_verify.automata.automaton import Automaton
+from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guard, Guards
+from llfsm_verify.automata.omega.moves import Moves
 from llfsm_verify.automata.omega.products import explore
 from llfsm_verify.logic.bounds import HIDDEN, TICK, Clock, rebuilt, step_bound, time_bound
 from llfsm_verify.logic.formula import (
@@ -31,6 +32,11 @@ from llfsm_verify.logic.formula import (
 
 MAX_STATES = 4_000
 MAX_EDGES = 100_000
+"""Of an automaton with what is remembered written out, besides the states of counters."""
+MAX_TICKS = 12_000
+"""The largest sum of the bounds of counters that are written out."""
+MAX_MADE = 4_000_000
+"""States that are made when they are asked for."""
 
 Remembered = tuple[int, ...]
 """What is remembered, by memory."""
@@ -208,8 +214,12 @@ def remembering(automaton: Automaton, memories: Sequence[Memory], kept: int) -> 
     """The automaton over the first `kept` atoms of the words whose letters, with what `memories` say of the letters up
     to there, `automaton` accepts. Its last atoms are those of `memories`.
 
-    AutomatonTooLarge: more than 4,000 states or 100,000 transitions.
+    AutomatonTooLarge: more than `MAX_STATES` states or `MAX_EDGES` transitions, besides two and eight for each tick of
+    a counter, or more than `MAX_TICKS` of these.
     """
+    ticks = counted(memories)
+    if ticks > MAX_TICKS:
+        raise AutomatonTooLarge("ticks of counters", MAX_TICKS)
     guards = Guards(automaton.atoms[:kept])
     pasts = _Pasts(guards, memories)
     shown = (1 << kept) - 1
@@ -231,7 +241,51 @@ def remembering(automaton: Automaton, memories: Sequence[Memory], kept: int) -> 
                     yield positive, negative, (edge.target, after), edge.acceptance
 
     first = (0, tuple(m.first for m in memories))
-    return explore(first, following, automaton.atoms[:kept], automaton.acceptance_sets, MAX_STATES, MAX_EDGES)
+    return explore(
+        first,
+        following,
+        automaton.atoms[:kept],
+        automaton.acceptance_sets,
+        MAX_STATES + 2 * ticks,
+        MAX_EDGES + 8 * ticks,
+    )
+
+
+def counted(memories: Sequence[Memory]) -> int:
+    """The sum of the bounds of counters."""
+    return sum(memory.ticks for memory in memories if isinstance(memory, Since))
+
+
+class Remembering:
+    """The automaton of `remembering`, whose states are made when they are asked for: the protocol `Lazy`."""
+
+    def __init__(self, automaton: Automaton, memories: Sequence[Memory], kept: int) -> None:
+        self._guards = Guards(automaton.atoms[:kept])
+        self._pasts = _Pasts(self._guards, memories)
+        self._moves = Moves(automaton)
+        self._places = [1 << automaton.atoms.index(m.atom.key) for m in memories]
+        self.acceptance_sets = automaton.acceptance_sets
+        self.is_empty = automaton.is_empty
+        self.relevant = (1 << kept) - 1
+        self._states: list[tuple[int, Remembered]] = [(0, tuple(m.first for m in memories))]
+        self._numbers = {self._states[0]: 0}
+
+    def __call__(self, state: int, letter: int) -> tuple[tuple[int, int], ...]:
+        """(acceptance, target) of each move from `state`. AutomatonTooLarge: there are too many states."""
+        here, before = self._states[state]
+        now, regions = self._pasts.of(before)
+        holds = self._guards.holds
+        after = next(after for region, after in regions if holds(region, letter))
+        letter |= sum(place for place, true in zip(self._places, now, strict=True) if holds(true, letter))
+        return tuple((acceptance, self._number((target, after))) for acceptance, target in self._moves(here, letter))
+
+    def _number(self, node: tuple[int, Remembered]) -> int:
+        number = self._numbers.setdefault(node, len(self._states))
+        if number == len(self._states):
+            if number >= MAX_MADE:
+                raise AutomatonTooLarge("states", MAX_MADE)
+            self._states.append(node)
+        return number
 
 
 class _Pasts:

@@ -13,7 +13,7 @@ from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.omega.reduction import smaller
-from llfsm_verify.automata.safety import BadPrefix, PrefixMonitor, safety
+from llfsm_verify.automata.safety import BadPrefix, PrefixMonitor, SubsetReader, safety
 from llfsm_verify.logic.bounds import HIDDEN, Clock, rebuilt, without_steps
 from llfsm_verify.logic.formula import (
     BINDING,
@@ -33,8 +33,10 @@ from llfsm_verify.logic.formula import (
 
 if TYPE_CHECKING:
     from llfsm_verify.automata.ltl.counting import Counting
-    from llfsm_verify.automata.ltl.history import Memory
+    from llfsm_verify.automata.ltl.history import Memory, Remembering
 
+LONG = 1_000
+"""The sum of bounds of the past from which on states are made when they are asked for."""
 MAX_PAIRS = 50_000
 """Pairs of states up to which it is decided whether an automaton is one of a safety property."""
 
@@ -65,9 +67,19 @@ def reader_of(
     TICK is then one of `atom_order`, and only words in which time passes forever are right. Untranslatable: there are
     bounds in time and no clock. AutomatonTooLarge: the limits of `translate`, and those of `Counting` later.
     """
-    if clock is None or not operators(formula) & TIMED:
-        return automaton_of(formula, atom_order, negate=negate)
-    return _counting(negation(formula) if negate else formula, atom_order, clock)
+    claim = negation(formula) if negate else formula
+    lazy = lazily(claim, atom_order, clock, LONG)
+    if lazy is not None:
+        return lazy
+    try:
+        if clock is None or not operators(formula) & TIMED:
+            return automaton_of(formula, atom_order, negate=negate)
+        return counting_of(claim, atom_order, clock)
+    except AutomatonTooLarge:
+        lazy = lazily(claim, atom_order, clock)
+        if lazy is None:
+            raise
+        return lazy
 
 
 def monitor_of(formula: Formula, atom_order: Sequence[str], clock: Clock | None = None) -> PrefixMonitor:
@@ -75,13 +87,13 @@ def monitor_of(formula: Formula, atom_order: Sequence[str], clock: Clock | None 
     plain = without_steps(formula)
     if is_plain(plain):
         return BadPrefix(plain, atom_order)
-    if clock is not None and operators(plain) & TIMED:
-        from llfsm_verify.automata.ltl.counting import CountingMonitor
+    automaton = reader_of(plain, atom_order, clock)
+    if not isinstance(automaton, Automaton):
+        from llfsm_verify.automata.ltl.counting import Counting, CountingMonitor
 
-        return CountingMonitor(_counting(plain, atom_order, clock))
+        return CountingMonitor(automaton) if isinstance(automaton, Counting) else SubsetReader(automaton)
     from llfsm_verify.automata.omega.reduction import closure_of
 
-    automaton = automaton_of(plain, atom_order)
     return BadPrefix.of_closure(closure_of(automaton) if automaton.acceptance_sets else automaton)
 
 
@@ -106,7 +118,8 @@ def is_safety_property(formula: Formula, atom_order: Sequence[str], clock: Clock
         return False
 
 
-def _counting(formula: Formula, keys: Sequence[str], clock: Clock) -> Counting:
+def counting_of(formula: Formula, keys: Sequence[str], clock: Clock) -> Counting:
+    """`reader_of` for a formula with bounds in time, with what is remembered of the past written out."""
     from llfsm_verify.automata.ltl.counting import Counting
     from llfsm_verify.automata.ltl.timed import separate
 
@@ -128,13 +141,40 @@ def _remembered(
     return rest, keys, memories, ahead
 
 
+def lazily(formula: Formula, keys: Sequence[str], clock: Clock | None, ticks: int = 0) -> Remembering | None:
+    """The automaton of a formula whose past has bounds, with states that are made when they are asked for.
+
+    None: the bounds come to at most `ticks`, or other parts of the formula need all states at once.
+    """
+    plain = without_steps(formula)
+    if not operators(plain) & BOUNDED_PAST or (clock is None and operators(plain) & TIMED):
+        return None
+    from llfsm_verify.automata.ltl.history import Remembering, counted
+
+    rest, _, memories, ahead = _remembered(plain, keys, clock)
+    if ahead or operators(rest) & TIMED or counted(memories) < ticks:
+        return None
+    return Remembering(_present(rest, keys, memories), memories, len(keys))
+
+
 def _over(formula: Formula, keys: Sequence[str], memories: Sequence[Memory], ahead: Sequence[str] = ()) -> Automaton:
     """The automaton over `keys` of a formula without bounds in time, in which the atoms of `memories` are what they
     say of the letters up to there, also of what those of `ahead` are guessed to be, and other atoms can be chosen
     freely. What is left of the past is guessed."""
-    present, guessed = without_past(formula)
     kept = (*keys, *ahead)
-    shown = (*kept, *(m.atom.key for m in memories))
+    automaton = _present(formula, kept, memories)
+    if not memories:
+        return automaton
+    from llfsm_verify.automata.ltl.history import remembering
+
+    found = remembering(automaton, memories, len(kept))
+    return smaller(project(found, len(keys)) if ahead else found)
+
+
+def _present(formula: Formula, keys: Sequence[str], memories: Sequence[Memory]) -> Automaton:
+    """The automaton over `keys` and the atoms of `memories`, which can be chosen freely."""
+    present, guessed = without_past(formula)
+    shown = (*keys, *(m.atom.key for m in memories))
     if operators(present) & BINDING:
         from llfsm_verify.automata.ltl.psl import expression_automaton
 
@@ -143,12 +183,7 @@ def _over(formula: Formula, keys: Sequence[str], memories: Sequence[Memory], ahe
         automaton = translate(present, (*shown, *guessed))
         if guessed:
             automaton = smaller(project(automaton, len(shown)))
-    if not memories:
-        return automaton
-    from llfsm_verify.automata.ltl.history import remembering
-
-    found = remembering(automaton, memories, len(kept))
-    return smaller(project(found, len(keys)) if ahead else found)
+    return automaton
 
 
 def without_past(formula: Formula) -> tuple[Formula, tuple[str, ...]]:

@@ -14,10 +14,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.ltl.history import Remembering
 from llfsm_verify.automata.ltl.translation import (
     Untranslatable,
     automaton_of,
     is_safety_property,
+    lazily,
     monitor_of,
     reader_of,
 )
@@ -62,18 +64,22 @@ def bounded(op: Op, bound: str, *args: Formula) -> Formula:
     return apply(op, *args, bound=bound)
 
 
-def backwards(ahead: bool = False, max_leaves: int = 4) -> st.SearchStrategy[Formula]:
-    """Past operators with and without bounds in each other; `ahead`: also around and over those of the future."""
+def backwards(ahead: bool = False, timed: bool = True, max_leaves: int = 4) -> st.SearchStrategy[Formula]:
+    """Past operators with and without bounds in each other; `ahead`: also around and over those of the future;
+    `timed`: also with bounds in time."""
 
     def larger(inner: st.SearchStrategy[Formula]) -> st.SearchStrategy[Formula]:
         steps, times = st.sampled_from(STEPS), st.sampled_from(TIMES)
+        in_time = [
+            st.builds(bounded, st.sampled_from(["O<=", "H<="]), times, inner),
+            st.builds(bounded, st.sampled_from(["S<=", "T<="]), times, inner, inner),
+        ]
         return st.one_of(
             st.builds(bounded, st.sampled_from(["O[]", "H[]"]), steps, inner),
             st.builds(bounded, st.sampled_from(["S[]", "T[]"]), steps, inner, inner),
-            st.builds(bounded, st.sampled_from(["O<=", "H<="]), times, inner),
-            st.builds(bounded, st.sampled_from(["S<=", "T<="]), times, inner, inner),
             st.builds(apply, st.sampled_from(["Y", "Z", "O", "H", *(["X", "F", "G"] if ahead else [])]), inner),
             st.builds(apply, st.sampled_from(["S", "T", "and", "implies", "iff", *"UR"[: 2 * ahead]]), inner, inner),
+            *(in_time if timed else []),
             *([st.builds(bounded, st.just("F<="), st.sampled_from(["0", "20"]), inner)] if ahead else []),
             inner.map(negation),
         )
@@ -124,9 +130,11 @@ def mask(letter: frozenset[str]) -> int:
     return sum(1 << i for i, key in enumerate(ORDER) if key in letter)
 
 
-def accepted(f: Formula, word: Word, *, negate: bool = False) -> bool:
-    """A run of the automaton of `f` accepts the word."""
-    moves = moves_of(reader_of(f, ORDER, CLOCK, negate=negate))
+def accepted(f: Formula, word: Word, *, negate: bool = False, lazy: bool = False) -> bool:
+    """A run of the automaton of `f` accepts the word; `lazy`: of the one whose states are made on demand."""
+    made = lazily(negation(f) if negate else f, ORDER, CLOCK) if lazy else reader_of(f, ORDER, CLOCK, negate=negate)
+    assert made is not None
+    moves = moves_of(made)
     stem, loop = word
     letters = [mask(letter) for letter in (*stem, *loop)]
 
@@ -158,6 +166,9 @@ def test_evaluation_and_automata_by_the_definition() -> None:
             assert expected is (any if op == "F" else all)(right)
             assert accepted(around, word) is expected
             assert accepted(around, word, negate=True) is not expected
+            if operators(f) & BOUNDED_PAST:
+                assert accepted(around, word, lazy=True) is expected
+                assert accepted(around, word, negate=True, lazy=True) is not expected
 
     spread(
         check,
@@ -217,6 +228,20 @@ def test_earlier_letters_of_the_same_time_count() -> None:
     word = [frozenset("p"), frozenset(), frozenset({TICK})], [frozenset({TICK})]
     assert true_on(parsed("X X O[<=0ms] p && X X X !O[<=9ms] p && X X X O[<=10ms] p"), *word)
     assert true_on(parsed("X X !O[10ms:10ms] p && X X X O[10ms:10ms] p && X X X X !O[10ms:10ms] p"), *word)
+
+
+@pytest.mark.slow
+def test_long_bounds_are_counted_on_demand() -> None:
+    f = parsed("G (p -> O[0:20000] q) && G (q -> H[<=10s] !p)")
+    assert isinstance(reader_of(f, ORDER, CLOCK), Remembering)
+    monitor = monitor_of(f, ORDER, CLOCK)
+    for steps, good in ((20_000, True), (20_001, False)):
+        state = monitor.initial()
+        for letter in [{"q"}, *[set()] * (steps - 1), {"p"}]:
+            assert state is not None
+            state = monitor.step(state, mask(frozenset(letter)))
+        assert (state is not None) is good
+    assert is_safety_property(f, ORDER, CLOCK)
 
 
 @pytest.mark.slow
