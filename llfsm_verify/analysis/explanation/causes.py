@@ -154,11 +154,10 @@ def causes(reading: Reading, node: Formula | None = None, *, negative: bool = Fa
             continue
         seen.add(place)
         formula, here = place
-        letter = reading.letter(here)
-        if letter is None:
-            continue
         if formula.op == "atom":
-            found.add((letter, atom_of(formula.key)))
+            letter = reading.letter(here)
+            if letter is not None:
+                found.add((letter, atom_of(formula.key)))
         else:
             todo += [p for p in _parts(reading, formula, here) if p not in seen and reading.is_false(*p)]
     return frozenset(found)

@@ -75,6 +75,8 @@ TIMED = st.builds(
         [
             "F{0} p", "G{0} p", "p U{0} q", "p R{0} q", "!(p U{0} q)", "!(p R{0} q)", "G (p -> F{0} q)",
             "p U{0} (q R{1} p)", "G{0} (p -> F{1} q)", "(F{0} p) R{1} q", "G (p -> q U{0} !p)", "F{0} G{1} (p && q)",
+            "G (p -> O{0} q)", "X X H{0} p", "G (p -> q S{0} !p)", "G !(p T{0} (q S{1} p))", "G (q S[1:2] p -> X p)",
+            "G (p -> O[0:1] q)", "G (p -> q T[0:2] p)", "F G{0} H[1:1] p",
         ]
     ),
     TIMES,
@@ -130,6 +132,10 @@ def test_where_no_literal_stands_twice_every_mark_is_a_cause(shape: str, word: W
         ("G (r -> Z p)", [NONE, R], None, {(1, "r"), (0, "p")}),
         ("G (r -> p S q)", [Q, NONE, P | R], None, {(2, "r"), (2, "q"), (1, "q"), (1, "p")}),
         ("G (r -> p S q)", [P | R], None, {(0, "r"), (0, "q")}),
+        ("X X H p", [NONE], None, {(0, "p")}),
+        ("G (r -> O[0:1] p)", [NONE, NONE, R], None, {(2, "r"), (1, "p"), (2, "p")}),
+        ("G (r -> H[1:2] p)", [NONE, P, R], None, {(2, "r"), (0, "p")}),
+        ("G (r -> p S[1:2] q)", [Q, NONE, P | R], None, {(2, "r"), (1, "p"), (1, "q")}),
         ("G (r -> p T q)", [Q, P, Q | R], None, {(2, "r"), (2, "p"), (1, "q")}),
         ("G (r -> !(p S q))", [Q, P, P | R], None, {(2, "r"), (2, "p"), (1, "p"), (0, "q")}),
         ("(p || q) && (!p || r)", [P], None, {(0, "p"), (0, "r")}),
