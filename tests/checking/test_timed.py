@@ -215,9 +215,10 @@ def test_time_goes_on_after_the_end() -> None:
     found = verdicts(
         ENDING,
         "a: G[<=1s] !late\nb: F (m@B && G[<=1s] m@B)\nc: G F[<=1s] m@B\nd: G (late -> F[<=300ms] !late)\n"
+        "e: F (m@B && H[500ms:1s] m@B)\nf: G (m@B -> O[<=1s] m@A)\n"
         "assume x: G (late -> X[2] !late)",
     )
-    assert found == {"a": "violated", "b": "holds", "c": "holds", "d": "holds"}
+    assert found == {"a": "violated", "b": "holds", "c": "holds", "d": "holds", "e": "holds", "f": "violated"}
     assert verdicts(ENDING, "d: G (late -> F[<=300ms] !late)") == {"d": "violated"}
     trace = checked(ENDING, "d: F[<=300ms] late").properties[0].trace
     assert trace is not None and trace.loop is None
@@ -243,6 +244,14 @@ def test_time_goes_on_after_the_end() -> None:
         ("G (m@DONE -> O (ask && F[<=600ms] m@DONE))", True),
         ("F O m@DONE", False),
         ("G (Y m@DONE -> m@IDLE T !m@WAIT)", True),
+        ("G (m@DONE -> O[<=600ms] ask && O[0:6] ask)", True),
+        ("G (m@DONE -> O[<=400ms] ask)", False),
+        ("G (m@DONE -> O[0:4] ask)", False),
+        ("G (m@DONE -> m@WAIT S[0:1] m@WAIT || H[1:4] m@WAIT)", True),
+        ("G (m@WAIT && H[<=400ms] m@WAIT -> F[<=200ms] m@DONE)", True),
+        ("G (m@DONE -> H[100ms:300ms] m@WAIT)", True),
+        ("G (m@DONE -> H[<=300ms] m@WAIT)", False),
+        ("G (m@WAIT -> (m@WAIT S[<=600ms] ask))", True),
     ],
 )
 def test_the_past_and_bounds_in_steps(formula: str, holds: bool) -> None:
@@ -278,6 +287,9 @@ def test_several_processes_have_no_common_time() -> None:
     text = COUNTING.replace("schedule: [idle, m]", "processes: {a: [idle], b: [m]}")
     ((code, _, column, message, hint),) = refused(text, "b: m@A U[<=2s] n == 3")
     assert (code, column) == ("E336", 8) and "each of the 2 processes" in message and "after" in hint
+    ((code, _, column, message, _),) = refused(text, "b: G O[<=2s] m@A")
+    assert (code, column) == ("E336", 6) and "`O[<=2s]` asks for one time" in message
+    assert verdicts(text, "b: G (n == 3 -> H[0:0] m@A)") == {"b": "holds"}
 
 
 def test_a_bound_of_too_many_cycles() -> None:

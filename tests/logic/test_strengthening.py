@@ -6,7 +6,7 @@ from itertools import product
 
 import pytest
 
-from llfsm_verify.logic.formula import FALSE, TRUE, Formula, apply, atom, negation, postorder
+from llfsm_verify.logic.formula import EXTENDED_ARITY, FALSE, TRUE, Formula, Op, apply, atom, negation, postorder
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.rewriting.strengthening import Occurrence, consequent, parts, replace_subformula
 
@@ -31,6 +31,20 @@ def test_a_folded_constant_means_the_same(op: str, place: int, by: Formula) -> N
         assert evaluate(found, stem, loop) == evaluate(formula, *with_it), found
     if op not in ("Y", "Z"):
         assert found in (TRUE, FALSE) or not {TRUE, FALSE} & set(postorder(found))
+
+
+@pytest.mark.parametrize("op", ["O[]", "H[]", "S[]", "T[]", "O<=", "H<=", "S<=", "T<="])
+@pytest.mark.parametrize("bound", ["0:1", "1:2"])
+@pytest.mark.parametrize("by", [TRUE, FALSE], ids=["true", "false"])
+def test_a_folded_constant_means_the_same_where_the_past_has_bounds(op: Op, bound: str, by: Formula) -> None:
+    args = (P, Q)[: EXTENDED_ARITY[op]]
+    formula = apply(op, *args, bound=bound)
+    for place, key in enumerate("pq"[: len(args)]):
+        found = apply("G", replace_subformula(formula, (place,), by))
+        for stem, loop in WORDS:
+            with_it = [[letter | {key} if by is TRUE else letter - {key} for letter in part] for part in (stem, loop)]
+            delays = [0, 1, 0, 1]
+            assert evaluate(found, stem, loop, delays) == evaluate(apply("G", formula), *with_it, delays), found
 
 
 def test_a_constant_is_folded_as_far_as_it_reaches() -> None:
