@@ -24,6 +24,8 @@ from llfsm_verify.monitoring.properties import Monitored
 from llfsm_verify.monitoring.states import Monitor, Monitorability, MonitorVerdict
 
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+FEW = 8
+"""So many states are written one by one."""
 WIDTH = 110
 """Characters of a comment's line."""
 
@@ -182,17 +184,25 @@ class _Writer:
         return ["// observe", *samples, *seen] if seen else []
 
     def _test(self) -> list[str]:
-        monitor, last = self._monitor, len(self._monitor.edges) - 1
-        if last == 0:
+        monitor, end = self._monitor, len(self._monitor.edges) - 1
+        if end == 0:
             return []
-        lines = ["// test", f"0..{last} {self._next} = {self._state};"]
+        lines = dict.fromkeys(["// test", f"0..{end} {self._next} = {self._state};"])
+        rules: list[tuple[int, int, str]] = []
         for q, row in enumerate(monitor.edges):
             targets = dict.fromkeys(e.target for e in row if e.target != q)
             for target in targets:
                 cubes = [self._cube(e.positive, e.negative) for e in row if e.target == target]
                 letters = " || ".join(cubes) if len(cubes) == 1 else "(" + " || ".join(_grouped(c) for c in cubes) + ")"
-                condition = f"{self._state} == {q}" + ("" if letters == "true" else f" && {letters}")
-                lines.append(f"if ({condition}) {self._next} = {target};")
+                rules.append((q, target, letters))
+        for (_, target, letters), (first, last, by) in zip(rules, _runs(rules), strict=True):
+            many = [f"{self._state} >= {first}"] * (first > 0) + [f"{self._state} <= {last}"] * (last < end)
+            parts = [
+                *(many if first < last else [f"{self._state} == {first}"]),
+                *([letters] if letters != "true" else []),
+            ]
+            to = str(target) if by is None else f"{self._state} {'+' if by > 0 else '-'} {abs(by)}"
+            lines[f"if ({' && '.join(parts) or 'true'}) {self._next} = {to};"] = None
         return [*lines, f"{self._state} = {self._next};"]
 
     def _cube(self, positive: int, negative: int) -> str:
@@ -213,6 +223,25 @@ class _Writer:
             test = " || ".join(f"{self._state} == {q}" for q in states)
             lines.append(" ".join(steps) if one else f"if ({test}) {{ {' '.join(steps)} }}")
         return lines
+
+
+def _runs(rules: Sequence[tuple[int, int, str]]) -> Iterator[tuple[int, int, int | None]]:
+    """For each rule (state, target, letters) the states that it is written for together, and how much further each of
+    these leads; None: all to the target. Those of a counter are one after the other; few are written one by one."""
+    runs: dict[tuple[str, int | None, int | None], list[list[int]]] = {}
+    joined: list[list[tuple[list[int], int | None]]] = []
+    for q, target, letters in rules:
+        joined.append([])
+        for to, by in ((target, None), (None, target - q)):
+            found = runs.setdefault((letters, to, by), [])
+            if found and found[-1][1] == q - 1:
+                found[-1][1] = q
+            else:
+                found.append([q, q])
+            joined[-1].append((found[-1], by))
+    for (q, _, _), both in zip(rules, joined, strict=True):
+        (first, last), by = max(both, key=lambda run: run[0][1] - run[0][0])
+        yield (first, last, by) if last - first >= FEW else (q, q, None)
 
 
 def _grouped(cube: str) -> str:

@@ -38,6 +38,7 @@ TEMPLATES = (
     "p: G (({0}) -> F[<=20ms] ({1}))",
     "p: G (({0}) -> F[10ms:20ms] ({1}))",
     "p: G (({0}) -> H[0:2] ({1}) || O[10ms:20ms] ({1}))",
+    "p: G (({0}) -> O[0:12] ({1}) || (X ({0}) S[<=120ms] ({1})))",
     "p: (({0}) -> G F ({1})) && (!({0}) -> X G ({1}))",
     "forbid p: [{0}] [{1}] [{0}]",
     "enforce p: ([{0}] | [{1}])* [!({0})] true*",
@@ -140,6 +141,16 @@ def agree(data):
             if state or outputs[program.ran] == own:
                 expected = flags(monitor, state)
                 assert {name: values[name] for name in expected} == expected
+
+
+@pytest.mark.slow
+def test_a_counter_is_written_in_a_few_lines():
+    monitor, machine = machine_of("p: G (q -> O[0:1000] p)")
+    (observe, _) = machine["inline"]["states"]
+    counting = [line for line in observe["internal"].splitlines() if "next =" in line]
+    assert len(monitor.verdicts) == 1_002 and len(counting) == 7
+    assert "if (state >= 3 && state <= 1000 && !seen_1) next = state + 1;" in counting
+    assert "if (state >= 3 && seen_1) next = 1;" in counting
 
 
 SLOW = [HealthCheck.too_slow, HealthCheck.filter_too_much]
