@@ -21,7 +21,8 @@ from llfsm_verify.monitoring.states import MAX_EDGES, Monitor, Monitorability, M
 
 __all__ = ["Monitor", "MonitorEdge", "MonitorVerdict", "Monitorability", "monitor", "monitor_of"]
 
-MAX_STATES = 25_000
+MAX_STATES = 10_000
+"""Of a monitor, or as many as the automata of both sides have."""
 
 
 def monitor(
@@ -31,7 +32,7 @@ def monitor(
     given: Formula | None = None,
     clock: Clock | None = None,
     every_letter_ticks: bool = False,
-    max_states: int = MAX_STATES,
+    max_states: int | None = None,
     max_edges: int = MAX_EDGES,
 ) -> Monitor:
     """The monitor of `formula` over `atom_order` (its own atoms by default), whatever its operators.
@@ -59,7 +60,7 @@ def monitor(
 
 
 def monitor_of(
-    satisfying: Automaton, violating: Automaton, *, max_states: int = MAX_STATES, max_edges: int = MAX_EDGES
+    satisfying: Automaton, violating: Automaton, *, max_states: int | None = None, max_edges: int = MAX_EDGES
 ) -> Monitor:
     """The monitor of a property given by an automaton of it and one of its complement, over the same atoms.
 
@@ -75,7 +76,8 @@ def monitor_of(
         return {target: cubes_at(alphabet, label, used) for target, label in labels.items()}
 
     good, bad = (closure(from_automaton(narrowed(a, used), alphabet)) for a in (satisfying, violating))
-    verdicts, rows = _explored(good, bad, max_states, max_edges)
+    most = max(MAX_STATES, len(good.rows) + len(bad.rows)) if max_states is None else max_states
+    verdicts, rows = _explored(good, bad, most, max_edges)
     return minimal(keys, verdicts, rows, widened, max_edges)
 
 
