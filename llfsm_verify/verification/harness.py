@@ -43,7 +43,7 @@ from llfsm_verify.stages import following, stage
 
 GRACE = 1.0
 """Seconds beyond the time limit until which violations already found are confirmed, then explained. As long is left
-until two seconds for what cannot be stopped, and for printing (docs/decisions/0062-time-limits.md)."""
+until two seconds for what cannot be stopped, and for printing (docs/decisions/0063-time-limits.md)."""
 TOLD_BY_ENGINES = ("searching", "exploring", "looking for", "performing")
 """How stages begin of which an engine itself says more to those who wait."""
 INTERRUPTED, NO_MEMORY = "interrupted", "the memory ran out"
