@@ -1,7 +1,7 @@
 """Seconds by which checks go beyond their time limit, from the shell: python -m benchmarks.limits [FOLDER …].
 
 A folder has one arrangement, `arrangement.yaml` or `chain.yaml`, and one file of properties; without any, the models of
-this repository are taken. Two seconds are promised (docs/decisions/0062-time-limits.md).
+this repository are taken. Two seconds are promised (docs/decisions/0063-time-limits.md).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The machine code of one LLVM module: compiled, or loaded where an earlier run has kept it (decision 8).
 
-LLVM cannot be interrupted. Where there is a time limit, a process of its own compiles what takes long (decision 62).
+LLVM cannot be interrupted. Where there is a time limit, a process of its own compiles what takes long (decision 63).
 """
 
 from __future__ import annotations
