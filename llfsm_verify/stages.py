@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ContextDecorator, contextmanager
+from contextlib import AbstractContextManager, ContextDecorator, contextmanager, nullcontext
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Final, Literal, Self
@@ -22,6 +22,8 @@ class Recording:
     """Seconds of processor time and of wall time by the names of stages, in the order in which these began first."""
 
     spent: dict[str, tuple[float, float]] = field(default_factory=dict)
+    parts: dict[str, tuple[float, float]] = field(default_factory=dict)
+    """The same by parts of the work, each of which has all stages."""
     _stack: list[str] = field(default_factory=lambda: [OTHER])
     _since: tuple[float, float] = field(default_factory=lambda: (time.process_time(), time.perf_counter()))
 
@@ -43,6 +45,15 @@ class Recording:
         self.now()
         self._stack.pop()
 
+    @contextmanager
+    def part(self, name: str) -> Iterator[None]:
+        """Count what is done within as a part of the work."""
+        cpu, wall = time.process_time(), time.perf_counter()
+        try:
+            yield
+        finally:
+            self.parts[name] = time.process_time() - cpu, time.perf_counter() - wall
+
 
 _recording: Recording | None = None
 
@@ -52,6 +63,11 @@ def record() -> Recording:
     global _recording  # noqa: PLW0603 - one for the process
     _recording = Recording()
     return _recording
+
+
+def part(name: str) -> AbstractContextManager[None]:
+    """Within is a part of the work that has all stages, if anything is measured."""
+    return nullcontext() if _recording is None else _recording.part(name)
 
 
 _listener: Callable[[str, bool], None] | None = None

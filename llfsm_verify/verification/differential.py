@@ -27,7 +27,8 @@ from llfsm_verify.collector import do_one_task
 from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.kept import keep_waiting
 from llfsm_verify.limits import Budget, LimitReached, default_memory
-from llfsm_verify.verification.portfolio import EACH_ENGINE, Merging, Stage, has_no_bounds, limit_options
+from llfsm_verify.verification.merging import Merging
+from llfsm_verify.verification.portfolio import EACH_ENGINE, Stage, has_no_bounds, limit_options
 
 SIZE_BYTES = 8
 DEBUG = "LLFSM_DEBUG"

@@ -66,6 +66,8 @@ class EngineEntry(Entry):
     refuses: frozenset[str] = frozenset()
     """But for these."""
     turns: tuple[Turn, ...] = ()
+    in_groups: bool = False
+    """All that it searches together pays for each input that any property names, so properties come in groups."""
     asks_others: bool = False
     """At its place is no `Start`, but a function that takes a problem and options to a result."""
 
@@ -178,7 +180,7 @@ ENGINES = Engines(
         ),
         EngineEntry(
             "explicit", "llfsm_verify.engines.explicit.engine:ExplicitSession", "all configurations, one by one",
-            decides=PROVES, options=EXPLORES, own=(EXPLICIT,),
+            decides=PROVES, options=EXPLORES, own=(EXPLICIT,), in_groups=True,
             turns=(
                 Turn(1, FIRST), Turn(3, LARGE, again=True, alone=True), Turn(7, again=True),
                 Turn(8, replace(LARGE, work=None), again=True),

@@ -51,19 +51,22 @@ STOPS = (KeyboardInterrupt, LimitReached, MemoryError)
 """What may end any piece of an engine's work."""
 
 
-def check(name: str, start: Start, problem: Problem, options: Options) -> Result:
-    """Verdicts for faults and for every property, by the engine `name`.
+def check(name: str, start: Start, problem: Problem, options: Options, before: Result | None = None) -> Result:
+    """Verdicts for faults and for every property, by the engine `name`. `before`: of other properties of the same
+    arrangement; what it knows of faults, and of an escape from the assumptions, is not looked for again.
 
     Raises Disagreement when a run fails its confirmation, and what the engine raises in its place; DiagnosticError when
     what the user asked for cannot be done.
     """
-    return _Check(name, start, problem, options).result(examine=True)
+    return _Check(name, start, problem, options, before).result(examine=True)
 
 
 class _Check:
     """One engine at work on one problem."""
 
-    def __init__(self, name: str, start: Start, problem: Problem, options: Options) -> None:
+    def __init__(
+        self, name: str, start: Start, problem: Problem, options: Options, before: Result | None = None
+    ) -> None:
         self._name = name
         self._start = start
         self._problem = problem
@@ -78,11 +81,12 @@ class _Check:
         self._why: str | None = None
         """What ended the search before its end."""
         self._interrupted = False
-        self._escape = Escape()
+        self._known_faults = None if before is None or before.faults.verdict is Verdict.UNKNOWN else before.faults
+        self._escape = Escape(None if before is None else before.escape)
         self._early: dict[str, ReplayedRun] = {}
         """Violations that were confirmed while the search went on, by property."""
         self._early_fault: FaultFinding | None = None
-        self._told: set[str] = set()
+        self._told = set() if self._known_faults is None else {FAULTS}
         self.refuted: set[str] = set()
         """The names of properties that the engine says are violated, without a run to show."""
 
@@ -330,6 +334,8 @@ class _Check:
         return f"a violation was found, but not confirmed: {self._stopped(stop)}"
 
     def _faults(self, session: Session) -> FaultResult:
+        if self._known_faults is not None:
+            return self._known_faults
         findings: dict[int, FaultFinding] = {}
         reason: str | None = None
         answer: Holds | Unknown | None = None
@@ -380,7 +386,8 @@ class _Check:
         self, session: Session, explored: Explored, results: tuple[PropertyResult, ...]
     ) -> Iterator[tuple[PropertyResult, ...]]:
         options, problem, possible = self._options, self._problem, self._possible(session)
-        if problem.assumptions and possible and any(r.verdict is Verdict.HOLDS for r in results):
+        holds = any(r.verdict is Verdict.HOLDS for r in results)
+        if problem.assumptions and possible and holds and self._escape.trace is None:
             budget = share_of(options, self._budget, ESCAPE_LEAST)
             self._escape = look_for_escape(explored, self._replayer, problem, budget)
         results = check_vacuity(explored, possible, problem, self._goals, results, options, self._budget, self._escape)

@@ -9,12 +9,14 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from llfsm_verify.checking.groups import groups_of
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.verdict import FAULTS, Attempt, FaultResult, Options, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.collector import collect_everything
 from llfsm_verify.limits import Budget, LimitReached, reached
 from llfsm_verify.program.program import Program, Unbounded
 from llfsm_verify.verification.engines import ENGINES, Engines, Turn
+from llfsm_verify.verification.merging import Merging, time_left
 
 NAME = "auto"
 Check = Callable[[Problem, Options], Result]
@@ -62,14 +64,14 @@ class AutoEngine:
         merging = Merging(problem, faults=options.faults)
         try:
             with Budget(options.limits):
-                program = problem.program()
+                program = groups_of(problem)[0].problem.program()
         except LimitReached:  # the first engine says so
             return self._find(self._stages[0].engine)(problem, replace(options, limits=options.limits.within(0.0)))
         endless = has_no_bounds(program)
         stopping: dict[str, set[str]] = {}  # by engine: which of our limits stopped it, as it says it
         skips_brief = len(program.slots) > MOST_SLOTS or asks_more(problem, options)
         for stage in self._stages:
-            left = _left(options, time.monotonic() - started)
+            left = time_left(options, time.monotonic() - started)
             if merging.decided or (merging.asked and left is None):
                 break
             if stage.turn.brief and skips_brief:
@@ -137,105 +139,3 @@ def _ours(wanted: Options, options: Options) -> set[str]:
     if limits.max_states is not None and limits.max_states != options.limits.max_states:
         said.add(reached(limits.max_states, "configurations"))
     return said
-
-
-def _left(options: Options, seconds: float) -> Options | None:
-    """The options with what is left of the time; None: nothing is."""
-    timeout = options.limits.timeout
-    if timeout is None:
-        return options
-    if seconds >= timeout:
-        return None
-    return replace(options, limits=options.limits.within(timeout - seconds))
-
-
-class Merging:
-    """The results of several engines as one: for each property, and for faults, that of the first engine to decide."""
-
-    def __init__(self, problem: Problem, *, faults: bool = True) -> None:
-        """`faults`: they are also to be decided."""
-        self._wants_faults = faults
-        self._order = [p.name for p in problem.properties]
-        self._results: list[Result] = []
-        self._attempts: list[Attempt] = []
-        self._found: dict[str, PropertyResult] = {}
-        self._faults: FaultResult | None = None
-        self._why: dict[str | None, list[str]] = {None: [], **{name: [] for name in self._order}}
-        """Why engines did not decide a property, or faults (None), in their order."""
-
-    @property
-    def asked(self) -> bool:
-        """An engine has been."""
-        return bool(self._results)
-
-    @property
-    def last(self) -> Attempt:
-        """What the last engine did."""
-        return self._attempts[-1]
-
-    @property
-    def decided(self) -> bool:
-        """Nothing is left to look at."""
-        found = self._faults is not None and self._faults.verdict is not Verdict.UNKNOWN
-        return self.asked and (found or not self._wants_faults) and not any(self._is_open(name) for name in self._order)
-
-    def _is_open(self, name: str) -> bool:
-        found = self._found.get(name)
-        return found is None or found.verdict is Verdict.UNKNOWN
-
-    def open(self, problem: Problem) -> Problem:
-        """What is left to look at."""
-        return replace(problem, properties=tuple(p for p in problem.properties if self._is_open(p.name)))
-
-    def add(self, engine: str, result: Result) -> None:
-        """What an engine says about properties that were open, or about all of them."""
-        decided: list[str] = []
-        whys: list[tuple[str | None, str | None]] = []
-        for item in result.properties:
-            if item.verdict is Verdict.UNKNOWN:
-                whys.append((item.name, item.reason))
-                self._found.setdefault(item.name, item)
-            else:
-                decided.append(item.name)
-                if self._is_open(item.name):
-                    self._found[item.name] = item
-        faults = result.faults
-        if faults.verdict is Verdict.UNKNOWN:
-            if self._wants_faults:
-                whys.append((None, faults.reason))
-            self._faults = self._faults or faults
-        else:
-            decided.append(FAULTS)
-            if self._faults is None or self._faults.verdict is Verdict.UNKNOWN:
-                self._faults = faults
-        for name, reason in whys:
-            self._why[name].append(f"{engine}: {reason or 'not decided'}")
-        reasons = tuple(dict.fromkeys(reason for _, reason in whys if reason is not None))
-        self._attempts.append(Attempt(engine, result.seconds, tuple(decided), reasons))
-        self._results.append(result)
-
-    def result(self, engine: str, seconds: float) -> Result:
-        """All of it, under the name `engine`; of one engine alone its own. The counts are those of the search that came
-        farthest."""
-        explored = [r for r in self._results if r.exploration.depth is None] or self._results
-        base = max(explored, key=lambda r: r.exploration.states)
-        if len(self._results) == 1:
-            return base
-        assert self._faults is not None
-        return replace(
-            base,
-            engine=engine,
-            seconds=seconds,
-            properties=tuple(self._said(name) for name in self._order),
-            faults=replace(self._faults, reason=self._reason(None, self._faults.verdict)),
-            interrupted=any(r.interrupted for r in self._results),
-            escape=next((r.escape for r in self._results if r.escape is not None), None),
-            attempts=tuple(self._attempts),
-        )
-
-    def _said(self, name: str) -> PropertyResult:
-        found = self._found[name]
-        return replace(found, reason=self._reason(name, found.verdict))
-
-    def _reason(self, name: str | None, verdict: Verdict) -> str | None:
-        return "; ".join(self._why[name]) if verdict is Verdict.UNKNOWN else None

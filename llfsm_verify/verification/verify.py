@@ -17,7 +17,7 @@ from llfsm_verify.diagnostics import telling
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Observe
 from llfsm_verify.logic.properties import Property, PropertySet
-from llfsm_verify.verification import harness
+from llfsm_verify.verification import groups, harness
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 
 Check = Callable[[Problem, Options], Result]
@@ -33,7 +33,9 @@ class _Raised(BaseException):
 def checker(name: str) -> Check:
     """The engine of a name, in the harness. Unregistered: there is none."""
     entry, found = ENGINES.entry(name), ENGINES.load(name)
-    return cast(Check, found) if entry.asks_others else partial(harness.check, name, cast(Start, found))
+    if entry.asks_others:
+        return cast(Check, found)
+    return partial(groups.check if entry.in_groups else harness.check, name, cast(Start, found))
 
 
 def verify(

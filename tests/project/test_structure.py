@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Collection
+from pathlib import Path
 
 import pytest
 
@@ -92,6 +93,13 @@ def test_large_functions_are_found() -> None:
     assert structure.large([tree], 3, 6) == structure.large([tree], 4, 5) == ["f: 4 lines, 6 paths"]
 
 
+INPUTS = """name: inputs
+whiteboard: {a: &i {type: bool, role: input}, b: *i, c: *i, d: *i, e: *i}
+machines: {m: {inline: {machine: M, states: [{name: A}]}}}
+schedule: [m]
+"""
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "most"),
@@ -108,3 +116,12 @@ def test_an_arrangement_is_lowered_once_and_again_only_for_what_is_performed(
     """Traces are performed with all bits kept."""
     lowered, _ = structure.profiled([*arguments, "-q"])
     assert lowered == most, capsys.readouterr().out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("inputs", "groups"), [("abc", 1), ("abcd", 2), ("abcde", 2)])
+def test_an_arrangement_is_lowered_once_a_group(inputs: str, groups: int, tmp_path: Path) -> None:
+    (tmp_path / "inputs.yaml").write_text(INPUTS, encoding="utf-8")
+    properties = [part for name in inputs for part in ("-p", f"{name}0: G ({name} -> F m@A)")]
+    lowered, _ = structure.profiled([str(tmp_path / "inputs.yaml"), *properties, "-q"])
+    assert lowered == groups

@@ -157,10 +157,9 @@ def _times_told() -> Iterator[None]:
     finally:
         recording.now()
         rows = {"starting: Python, imports and arguments": (start, None), **recording.spent}
+        rows |= {"the whole process": (time.process_time(), None), **recording.parts}
         width = max(map(len, rows))
         lines = [f"{'where the time went'.ljust(width)}  {'CPU s':>8}  {'wall s':>8}"]
         for name, (cpu, wall) in rows.items():
             lines.append(f"{name.ljust(width)}  {cpu:8.3f}  {'' if wall is None else f'{wall:8.3f}'}".rstrip())
-        whole = time.process_time()
-        lines.append(f"{'the whole process'.ljust(width)}  {whole:8.3f}")
         tell("\n".join(lines))
