@@ -29,16 +29,20 @@ from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.letters import Observed, TimePasses
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.stages import stage
+from llfsm_verify.transforms.forgetting import Forgetting, forgetting
 
 
 class Programs:
     """The step programs of one arrangement: each is lowered when it is first asked for, and then kept.
 
-    Copies of a problem share them. A pickle has none: who reads it lowers anew.
+    Copies of a problem share them. A pickle has none: who reads it lowers anew. `forget` False, for comparisons: what
+    engines get forgets nothing.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, forget: bool = True) -> None:
+        self._forget = forget
         self._made: dict[tuple[tuple[Observed, ...], bool], Program] = {}
+        self._forgetting: dict[tuple[Observed, ...], Forgetting] = {}
 
     def of(self, arrangement: Arrangement, atoms: tuple[Observed, ...], *, keep_all_bits: bool) -> Program:
         """The program with these atoms."""
@@ -47,6 +51,16 @@ class Programs:
             with stage("lowering to step programs"):
                 self._made[key] = lower(arrangement, atoms, keep_all_bits=keep_all_bits)
         return self._made[key]
+
+    def forgetting(self, arrangement: Arrangement, atoms: tuple[Observed, ...]) -> Forgetting:
+        """The program with these atoms, without what nobody sees."""
+        if atoms not in self._forgetting:
+            program = self.of(arrangement, atoms, keep_all_bits=False)
+            with stage("forgetting what nobody sees"):
+                found = self._forgetting[atoms] = forgetting(program) if self._forget else Forgetting(program)
+            if self._forget and program.kept_as is not None:  # its machine code is kept as well
+                object.__setattr__(found.program, "kept_as", f"{program.kept_as} forgetting")
+        return self._forgetting[atoms]
 
     def __reduce__(self) -> tuple[type[Programs], tuple[()]]:
         return Programs, ()
@@ -69,9 +83,17 @@ class Problem:
     clock: Clock | None = None
     programs: Programs = field(default_factory=Programs, compare=False, repr=False)
 
-    def program(self, *, keep_all_bits: bool = False) -> Program:
-        """The step program with the atoms as outputs, lowered once. `keep_all_bits`: as traces are performed on it."""
+    def program(self, *, keep_all_bits: bool = False, forget: bool = True) -> Program:
+        """The step program with the atoms as outputs, lowered once. `keep_all_bits`: as traces are performed on it.
+        `forget` False: with what nobody sees, as other checkers get it."""
+        if forget and not keep_all_bits:
+            return self.forgetting.program
         return self.programs.of(self.arrangement, self.atoms, keep_all_bits=keep_all_bits)
+
+    @property
+    def forgetting(self) -> Forgetting:
+        """How runs of the program that engines search are those of the one with all bits."""
+        return self.programs.forgetting(self.arrangement, self.atoms)
 
 
 def bind(arrangement: Arrangement, properties: PropertySet, *, stamped: bool = False) -> Problem:

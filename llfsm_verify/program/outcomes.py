@@ -356,7 +356,7 @@ def possible_values(program: Program, most: int) -> dict[str, tuple[int, ...]]:
     for block in blocks:
         for s in statements(block):
             if isinstance(s, Set):
-                stored, known = _constants(s.value), found[s.var]
+                stored, known = constants(s.value), found[s.var]
                 found[s.var] = None if stored is None or known is None else known | stored
     result: dict[str, tuple[int, ...]] = {}
     for v in program.vars:
@@ -368,7 +368,7 @@ def possible_values(program: Program, most: int) -> dict[str, tuple[int, ...]]:
     return result
 
 
-def _constants(root: Expr) -> set[int] | None:
+def constants(root: Expr) -> set[int] | None:
     """The values of a choice between constants."""
     found, todo = set[int](), [root]
     while todo:

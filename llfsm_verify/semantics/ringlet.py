@@ -100,7 +100,8 @@ def _begin_cycle(context: Context, control: Control) -> list[Stmt]:
         local = Local(f"in.{scalar.name}", scalar.type)
         body += [Sample(local, scalar.choice), Set(scalar.name, None, local)]
     body += told
-    return [If(get(flag, BOOL), tuple(body))]
+    # The first machine of a process has its turn at the beginning of a cycle only.
+    return body if control.position == 0 else [If(get(flag, BOOL), tuple(body))]
 
 
 def entry_inputs(context: Context, control: Control) -> list[str]:

@@ -92,7 +92,7 @@ CASES: tuple[CaseStudy, ...] = (
     ),
     CaseStudy(
         "fruit_picking",
-        configurations=3_255,
+        configurations=94,
         properties=26,
         violated={
             "faulty_reach": frozenset({"skips", "ends", "places"}),
@@ -126,7 +126,7 @@ CASES: tuple[CaseStudy, ...] = (
     ),
     CaseStudy(
         "xray",
-        configurations=5_897,
+        configurations=1_649,
         properties=11,
         violated={
             "faulty_edit": frozenset({"no_overdose", "no_underdose", "as_shown"}),
@@ -147,7 +147,7 @@ CASES: tuple[CaseStudy, ...] = (
     ),
     CaseStudy(
         "komodo_region",
-        configurations=19_035,
+        configurations=4_075,
         properties=5,
         violated={
             "faulty_unguarded": frozenset({"region"}),
@@ -157,7 +157,7 @@ CASES: tuple[CaseStudy, ...] = (
     ),
     CaseStudy(
         "komodo_arm",
-        configurations=507_163,
+        configurations=247_698,
         properties=5,
         violated={
             "faulty_hasty": frozenset({"steady", "region", "fast"}),
@@ -167,7 +167,7 @@ CASES: tuple[CaseStudy, ...] = (
     ),
     CaseStudy(
         "level_crossing",
-        configurations=43,
+        configurations=27,
         properties=6,
         violated={"faulty_late": frozenset({"safe"}), "faulty_timer": frozenset({"safe", "opens"})},
         walked=43,
@@ -246,7 +246,7 @@ CASES: tuple[CaseStudy, ...] = (
     ),
     CaseStudy(
         "press",
-        configurations=17_835,
+        configurations=3_792,
         properties=18,
         violated={
             "faulty_tied": frozenset({"operator", "together", "tied", "single"}),
@@ -272,7 +272,7 @@ CASES: tuple[CaseStudy, ...] = (
     ),
     CaseStudy(
         "line_follower",
-        configurations=11_539,
+        configurations=2_479,
         properties=13,
         violated={
             "faulty_side": frozenset(

@@ -25,7 +25,7 @@ NEEDLESS = (
     "analysis.explanation.explain", "analysis.vacuity.automata", "automata.boolean", "automata.properties",
     "automata.ltl.answers", "checking.goals.automata", "engines.bounded",
     "engines.explicit.checkpoints", "engines.inductive", "kripke.chains", "logic.expressions", "logic.syntaxes.reading",
-    "program.dependence", "report.saving", "report.json", "semantics.probes", "verification.differential",
+    "report.saving", "report.json", "semantics.probes", "verification.differential",
 )  # fmt: skip
 """Modules of ours that serve what a check of plain formulas which hold, without options, does not have."""
 

@@ -144,7 +144,7 @@ class _Maker:
 
     @cached_property
     def _replayer(self) -> RunRecorder:
-        return RunRecorder(Execution(self._program))
+        return RunRecorder(Execution(self._program), self._problem.forgetting.moved)
 
     def _configurations(self) -> list[Json]:
         graph, layout = self._explorer.graph, self._explorer.layout

@@ -4,7 +4,7 @@ not.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.automata.omega.components import components
@@ -97,10 +97,13 @@ class Run:
 
 
 class RunRecorder:
-    """Performs the traces of one arrangement with `execution`, whose program is the one in the certificate."""
+    """Performs the traces of one arrangement with `execution`, whose program is the one in the certificate.
 
-    def __init__(self, execution: Execution) -> None:
+    `moved`: the choices that it draws later in a cycle than traces do."""
+
+    def __init__(self, execution: Execution, moved: Collection[str] = ()) -> None:
         self._execution = execution
+        self._moved = moved
         self._program = execution.program
         self._nodes = Nodes(self._program, execution.layout)
         self._observer = Observer(self._program, execution.layout)
@@ -110,7 +113,8 @@ class RunRecorder:
         """The steps of `trace`; its loop is repeated until a node recurs. What is sampled for other properties alone
         has any value. Unconfirmed: no node recurs for long."""
         execution = self._execution
-        record = execution.start(trace.initial_free)
+        free = {v.name for v in self._program.vars if v.free}
+        record = execution.start([(name, value) for name, value in trace.initial_free if name in free])
         initial = tuple(self._nodes(record, in_cycle=False))
         letters = [self._observer.first_letter(record)]
         steps: list[Step] = []
@@ -119,12 +123,16 @@ class RunRecorder:
             Move(self._processes[s.process] if s.process is not None else None, {c.choice: c.value for c in s.choices})
             for s in trace.steps
         ]
+        drawn: dict[tuple[int | None, str], int] = {}
+        """By process, what the cycle that is under way has drawn of `moved`."""
         stem = moves if trace.loop is None else moves[: trace.loop]
         turn = stem
         while True:
             for move in turn:
                 tick()
-                result = execution.step(record, move)
+                drawn |= {(move.process, n): x for n, x in move.choices.items() if n in self._moved}
+                given = move.choices | {n: x for (process, n), x in drawn.items() if process == move.process}
+                result = execution.step(record, Move(move.process, given))
                 record = result.record
                 if result.status < 0 or (result.status and len(steps) + 1 < len(moves)):
                     raise Disagreement("the executor ends a trace before its end")

@@ -95,7 +95,7 @@ class Replayer:
 
         def performed(changed: Violated) -> tuple[ReplayedRun, bytes]:
             replayed = self._performed(changed, "a run that escapes the assumptions", shown)
-            return replayed, end_of(self.execution, changed.schedule)
+            return replayed, end_of(self.execution, self._whole(changed.schedule))
 
         def like_it(changed: Violated) -> ReplayedRun:
             other, other_end = performed(changed)
@@ -133,13 +133,18 @@ class Replayer:
             first = first_letter(self.execution, run.schedule)
         except OverflowError:
             raise Unconfirmed("a property leaves 64-bit arithmetic in the initial configuration") from None
-        replayed = self.perform(run.schedule, first, what, shown)
+        schedule = self._whole(run.schedule)
+        replayed = self.perform(schedule, first, what, shown)
         for i, letter in enumerate(run.letters or (), 1):
             if i >= len(replayed.letters) or replayed.letters[i] != letter:
                 raise Disagreement(f"{what}: the executor shows another letter than the search after step {i}")
         if replayed.status == OVERFLOW:  # numbers have no end for engines that calculate with mathematical integers
-            raise Unconfirmed(overflow_text(self._problem.arrangement, self.execution.program, run.schedule))
+            raise Unconfirmed(overflow_text(self._problem.arrangement, self.execution.program, schedule))
         return replayed
+
+    def _whole(self, schedule: Schedule) -> Schedule:
+        """A schedule of an engine as one of the executor's program, which draws all values that are stored."""
+        return replace(schedule, ringlets=self._problem.forgetting.whole(schedule.ringlets, schedule.loop))
 
 
 MOST_STEPS = 100_000

@@ -71,7 +71,7 @@ def _model(wanted: str, problem: Problem, options: Namespace) -> str:
     from llfsm_verify.language.trees import of_kind
     from llfsm_verify.language.typed import Literal
 
-    program = problem.program(keep_all_bits=options.keep_all_bits)
+    program = problem.program(keep_all_bits=options.keep_all_bits, forget=False)
     goals = tuple((p.name, p.formula) for p in problem.properties if p.formula is not None)
     assumptions = tuple((p.name, p.formula) for p in problem.assumptions if p.formula is not None)
     arrangement = problem.arrangement
