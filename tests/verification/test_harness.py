@@ -231,6 +231,27 @@ def test_where_the_search_itself_ends_late_what_was_found_is_said(clock: Clock) 
     assert clock.seconds == 9.0
 
 
+class LateFault(Late):
+    """Finds a fault; its run is given, or there is no time even for that."""
+
+    def length(self, goal: Goal | None) -> int | None:
+        return 3
+
+    def fault_runs(self) -> Iterator[tuple[int, Violated]]:
+        self._clock.seconds += self._run
+        if not self._lengths:
+            self._budget.check_time()
+        yield 0, Violated(Schedule((), (), None))
+
+
+@pytest.mark.parametrize("given", [True, False], ids=["its run is given", "its run is not given"])
+def test_a_fault_that_was_found_and_not_confirmed_is_unknown(clock: Clock, given: bool) -> None:
+    lengths = {"none": 3} if given else {}
+    result, _ = check(LateFault, clock, 5.1, 1.5, lengths, options=LIMITED)
+    assert (result.faults.verdict, result.faults.reason, result.faults.findings) == (Verdict.UNKNOWN, IN_VAIN, ())
+    assert result.properties[0].verdict is Verdict.HOLDS and result.exit_code == 4
+
+
 def test_after_the_time_limit_passes_are_not_looked_at(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
     def late(session: ExplicitSession, why: str | None) -> None:
         clock.seconds = 5.5
