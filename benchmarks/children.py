@@ -18,6 +18,10 @@ class ChildFailed(Exception):
     """A program did not do what it was started for; the message says which and what it printed."""
 
 
+class TooLong(ChildFailed):
+    """It did not end within the time that it was given."""
+
+
 @dataclass(frozen=True, slots=True)
 class Usage:
     """What one run of a program took."""
@@ -36,7 +40,7 @@ class Usage:
 
 
 def run(command: Sequence[str], *, timeout: float, cwd: Path | None = None) -> Usage:
-    """Run `command` to its end. Raises ChildFailed when there is no such program, or when it takes longer than
+    """Run `command` to its end. Raises ChildFailed when there is no such program, and TooLong when it takes longer than
     `timeout` seconds."""
     with (
         tempfile.TemporaryFile() as output,
@@ -52,7 +56,7 @@ def run(command: Sequence[str], *, timeout: float, cwd: Path | None = None) -> U
         except BaseException as error:
             os.killpg(launcher.pid, signal.SIGKILL)
             if isinstance(error, subprocess.TimeoutExpired):
-                raise ChildFailed(f"`{' '.join(command)}` took more than {timeout:.0f} s") from error
+                raise TooLong(f"`{' '.join(command)}` took more than {timeout:.0f} s") from error
             raise
         for stream in (output, errors, report):
             stream.seek(0)

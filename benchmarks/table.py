@@ -185,7 +185,7 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def with_bytecode() -> int:
+def with_bytecode(main: Callable[[], int]) -> int:
     """`main`, where Python may keep what it compiled, as it does for users, also when the caller forbids it."""
     if not os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
         return main()
@@ -195,4 +195,4 @@ def with_bytecode() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(with_bytecode())
+    sys.exit(with_bytecode(main))

@@ -5,15 +5,30 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from benchmarks import engines, models, naive, nusmv, ours, running, spin, table, writing
-from benchmarks.children import ChildFailed, Usage, run
+from benchmarks import (
+    chain,
+    engines,
+    lift,
+    models,
+    naive,
+    nusmv,
+    ours,
+    practice,
+    running,
+    spin,
+    table,
+    timescales,
+    writing,
+)
+from benchmarks.children import ChildFailed, TooLong, Usage, run
 from benchmarks.measure import Measurement, Wrong, medians
+from benchmarks.monitors import monitors_of
 from benchmarks.tasks import AS_USERS_RUN_IT, RING_STATES, SEARCHED, SPIN_RING_STATES, Task, tasks
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.checking.verdict import Options, Result
@@ -336,16 +351,20 @@ SCRIPTS = {
     "naive": ("traffic",),
     "pingpong": ("--ringlets", "1000", "--repeat", "1"),
     "ring": ("2", "2"),
+    "timescales": ("--bounds", "10", "--letters", "1000", "--runs", "1"),
 }
 """Each script at its smallest size. What the table starts runs with its quick form."""
 OF_THE_TABLE = {
+    "chain",
     "children",
     "guarding",
     "launch",
+    "lift",
     "measure",
     "models",
     "nusmv",
     "ours",
+    "practice",
     "ros",
     "rospeer",
     "running",
@@ -387,6 +406,7 @@ def test_each_script_runs(name, tmp_path):
         "naive": '"states": 135, "transitions": 152',
         "pingpong": "machines  compile s",
         "ring": "schedule: [m0, m1]",
+        "timescales": "RecurGLB10 ",
     }
     assert said[name] in done.stdout
 
@@ -442,6 +462,83 @@ def test_nusmv_beside_the_engines(tmp_path):
     expected = {p.name: p.verdict.value for p in result.properties}
     assert found[0] == expected
     assert all(v in ("unknown", expected[n]) for verdicts in found[1:] for n, v in verdicts.items())
+
+
+def small(name: str) -> practice.Row:
+    """A row of the second table at its smallest size, which every tool decides in a moment."""
+    if name == "lift":
+        verdicts = {"bound": lift.verdicts(2)["bound"]}
+        texts = [lift.arrangement(2), lift.PROPERTIES, lift.promela(2), lift.smv(2)]
+        return practice.Row(name, *texts, verdicts, 300, 100_000, fair=True)
+    if name == "crossing":
+        return next(row for row in practice.rows() if row.name.startswith(name))
+    verdicts = {f"{letter}{i}": "holds" for i in range(2) for letter in "qrd"}
+    writers = (chain.arrangement, chain.properties, chain.promela, chain.smv)
+    return practice.Row(name, *(write(2, name) for write in writers), verdicts, 300)
+
+
+@pytest.mark.long
+@needs("spin", "gcc")
+@pytest.mark.parametrize("name", [*chain.KINDS, "lift", "crossing"])
+def test_spin_agrees_about_models_as_people_write_them(name, tmp_path):
+    assert practice.ask_spin(small(name), tmp_path).failed == ""
+
+
+@pytest.mark.long
+@needs("nusmv")
+@pytest.mark.parametrize("name", chain.KINDS)
+def test_nusmv_agrees_about_models_as_people_write_them(name, tmp_path):
+    assert practice.ask_nusmv(small(name), tmp_path).failed == ""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("people", [2, 3])
+def test_the_lift_is_as_the_benchmark_expects(people, tmp_path):
+    texts = [lift.arrangement(people), lift.PROPERTIES, "", ""]
+    row = practice.Row("lift", *texts, lift.verdicts(people), 300)
+    assert practice.ask_us(row, tmp_path).failed == ""
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "failed"),
+    [({"safe": "violated"}, ""), ({"safe": "unknown", "faults": "holds"}, "1 of 2 unknown")],
+)
+def test_an_answer_or_none(verdicts, failed):
+    used = [Usage("", "", 0, 1.0, 0.5, 0), Usage("", "", 0, 2.0, 0.5, 0)]
+    assert practice.judge(small("crossing"), "tool", verdicts, used) == practice.Answer(1.0, 3.0, failed)
+
+
+def test_the_bounds_of_timescales():
+    assert timescales.with_bounds(timescales.OURS["RespondGLB"], 10) == "(s -> O[3:10] p) && (p -> X F[0:9] s)"
+    assert timescales.with_bounds(timescales.THEIRS["AbsentBQR"], 100).endswith("((not {p}) since[30:100] {q})")
+    _, monitors = monitors_of("property: G O[0:2] p")
+    assert timescales.stream(monitors["property"], [1, 0, 0, 1, 0, 0, 0, 1]) == [True] * 6 + [False] * 2
+
+
+@pytest.mark.parametrize("verdicts", [{"safe": "holds"}, {}, {"safe": "violated", "faults": "violated"}])
+def test_tools_that_disagree_are_noticed(verdicts):
+    with pytest.raises(Wrong, match="tool says"):
+        practice.judge(small("crossing"), "tool", verdicts, [])
+
+
+def test_what_takes_too_long_is_said_and_not_asked_again(monkeypatch, tmp_path):
+    asked: list[str] = []
+
+    def ask(tool: str) -> Callable[..., practice.Answer]:
+        def answer(row: practice.Row, folder: Path) -> practice.Answer:
+            asked.append(tool)
+            if tool == spin.NAME:
+                raise TooLong("took more than 30 s")
+            return practice.Answer(float(len(asked)), 1.0)
+
+        return answer
+
+    monkeypatch.setattr(practice, "ASK", {tool: ask(tool) for tool in practice.TOOLS})
+    monkeypatch.setattr(practice, "missing", lambda tool: tool == practice.TOOLS[2])
+    row = small("crossing")
+    found = practice.measure(row, 3)
+    assert asked == [ours.NAME, spin.NAME, ours.NAME, ours.NAME]
+    assert practice.cells(row, found) == [row.name, "3.00/1.00", ">30", "not installed"]
 
 
 @pytest.mark.long
