@@ -14,17 +14,7 @@ from llfsm_verify.backends.native.executor import NativeProgram, StepResult
 from llfsm_verify.backends.reference import Event, Interpreter
 from llfsm_verify.backends.reference import Outcome as Interpreted
 from llfsm_verify.program.program import Choice, Program
-from llfsm_verify.testing.conformance.known import (
-    COUNTER,
-    CYCLES,
-    ENDING,
-    NEVER,
-    PLACES,
-    PROCESSES,
-    THREE,
-    TOGGLE,
-    Known,
-)
+from llfsm_verify.testing.conformance.known import RUNS, Run
 from llfsm_verify.testing.conformance.outcome import PATIENCE, Case, Outcome, Wrong, demand_hypothesis, outcomes_of
 from llfsm_verify.values import Value
 
@@ -175,94 +165,6 @@ def executor_cases(make: Make[S], *, drawn: int = DRAWN, seed: int = SEED) -> li
 
 
 # ---------------------------------------------------------------- schedules with known letters
-
-
-@dataclass(frozen=True, slots=True)
-class Run:
-    """A schedule, and what each of its steps shows."""
-
-    name: str
-    about: str
-    arrangement: str
-    atoms: str
-    """State formulas, separated by `;`."""
-    steps: tuple[tuple[int | None, Mapping[str, int], str], ...]
-    """The process (None: the stutter), the inputs, and the atoms that hold afterwards, separated by `;`; or `!` and the
-    code of the fault, or `!64` where the step leaves 64 bits."""
-    free: tuple[tuple[str, int], ...] = ()
-
-    def program(self) -> Program:
-        lines = "\n".join(f"p{i}: {atom.strip()}" for i, atom in enumerate(self.atoms.split(";")))
-        return Known(self.name, self.about, self.arrangement, lines, {}).problem().program(keep_all_bits=True)
-
-
-CALCULATING = COUNTER.format(type="-300..300", action="n = ACTION;")
-RUNS = (
-    Run(
-        "an input", "a step reads its own inputs", TOGGLE, "m@A; m@B; m.ran; go",
-        (
-            (0, {"go": 1}, "m@B; m.ran; go"), (0, {"go": 1}, "m@B; m.ran; go"), (0, {"go": 0}, "m@A; m.ran"),
-            (0, {"go": 0}, "m@A; m.ran"),
-        ),
-    ),
-    Run(
-        "the end", "after the end there is the stutter, which begins with fresh outputs", ENDING,
-        "m@B; m.ran; cycle; m.finished",
-        ((0, {}, "m@B; m.ran; cycle"), (0, {}, "m@B; m.ran; cycle; m.finished"), (None, {}, "m@B; m.finished"),
-         (None, {}, "m@B; m.finished")),
-    ),
-    Run(
-        "processes", "each has its own turn and its own end", PROCESSES.format(fairness="processes"),
-        "a@Y; b@Y; a.ran; b.ran",
-        (
-            (0, {}, "a@Y; a.ran"), (1, {}, "a@Y; b@Y; b.ran"), (0, {}, "b@Y; a.ran"), (1, {}, "b@Y; b.ran"),
-            (0, {}, "a@Y; b@Y; a.ran"),
-        ),
-    ),
-    Run(
-        "a cycle", "outputs last as long as an observed cycle, at whose end there is a letter", CYCLES,
-        "n == 2; n == 1; a.ran; b.ran; cycle",
-        (
-            (0, {}, ""), (0, {"go": 1}, "n == 1; a.ran; b.ran; cycle"), (0, {}, ""),
-            (0, {"go": 0}, "a.ran; b.ran; cycle"),
-        ),
-    ),
-    Run(
-        "free values", "a run begins where it is told to", NEVER, "n == 1; jumper", ((0, {}, "n == 1; jumper"),),
-        free=(("jumper", 1),),
-    ),
-    Run("initial values", "or with the values that are written", NEVER, "n == 1; jumper", ((0, {}, ""),)),
-    Run(
-        "a range that is left", "it is a fault, after which nothing has changed",
-        COUNTER.format(type="0..2", action="if (up) { n++; }"), "n == 2",
-        ((0, {"up": 1}, ""), (0, {"up": 1}, "n == 2"), (0, {"up": 1}, "!F001"), (0, {"up": 0}, "n == 2")),
-    ),
-    Run("a division by zero", "it is a fault", THREE, "n == 1", ((0, {"way": 0}, ""), (0, {"way": 2}, "!F002"))),
-    Run("an index outside", "it is a fault", THREE, "row[1]", ((0, {"way": 3}, "!F003"), (0, {"way": 1}, "!F001"))),
-    Run(
-        "an element", "an index leads to one element", PLACES, "a[1][0].x == 3; a[1][1].x == 3; a[0][1].x == 3",
-        ((0, {"i": 1}, "a[1][1].x == 3"), (0, {"i": 0}, "a[1][0].x == 3; a[1][1].x == 3"), (0, {"i": 3}, "!F003")),
-    ),
-    Run(
-        "64 bits", "a value that leaves them ends the run", COUNTER.format(type="int", action="n = n * 16 + 7;"),
-        "n > 0; n == 7", ((0, {}, "n > 0; n == 7"), *((0, {}, "n > 0") for _ in range(15)), (0, {}, "!64")),
-    ),
-    *(
-        Run(
-            f"arithmetic: {action}", "quotients are cut towards zero, and remainders have the sign of the dividend",
-            CALCULATING.replace("ACTION", action), f"n == {value}", ((0, {}, f"n == {value}"),),
-        )
-        for action, value in (
-            ("(n - 7) / 2", -3), ("(n - 7) % 2", -1), ("(n + 7) / -2", -3), ("(n + 7) % -2", 1), ("(n - 7) / -2", 3),
-            ("abs(n - 5) * 3", 15), ("min(n, -4) - max(n, 4)", -8), ("n == 0 && n < 1 ? 17 : 4", 17),
-        )
-    ),
-    Run(
-        "fixed width", "a store wraps around", COUNTER.format(type="int8", action="n = n + 100;"),
-        "n == 100; n == -56; n == 44",
-        ((0, {}, "n == 100"), (0, {}, "n == -56"), (0, {}, "n == 44")),
-    ),
-)  # fmt: skip
 
 
 def _perform(make: Make[S], run: Run) -> None:
