@@ -29,7 +29,7 @@ from llfsm_verify.testing.conformance import (
     timeline_cases,
     writer_cases,
 )
-from llfsm_verify.testing.conformance.samples import SAMPLES, subjects
+from llfsm_verify.testing.conformance.plugs import SAMPLES, subjects
 from tests.extensions.test_mqtt import Broker
 from tests.outside import needs
 from tests.runtime.ports.test_whiteboard import other

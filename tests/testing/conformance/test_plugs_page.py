@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from llfsm_verify.testing import conformance
-from llfsm_verify.testing.conformance.samples import SAMPLES
+from llfsm_verify.testing.conformance.plugs import SAMPLES
 from tests.cli.running import LIGHTS
 from tests.distributions import ROOT, Site
 
