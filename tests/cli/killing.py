@@ -28,7 +28,7 @@ from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.kripke import compiled
 from llfsm_verify.report import saving
-from llfsm_verify.testing.saving import keep_trace
+from llfsm_verify.testing.failure import keep_trace
 from llfsm_verify.verification import replay, tracefile
 from tests.quick import examples
 

@@ -24,9 +24,9 @@ from llfsm_verify.report.plain import plain_text
 from llfsm_verify.report.saving import trace_documents
 from llfsm_verify.report.text import result_text
 from llfsm_verify.report.wording import fault_text, vacuity_texts
+from llfsm_verify.testing.failure import keep_trace
 from llfsm_verify.testing.pytest_plugin.session import failure, session_of, width, without_traceback
 from llfsm_verify.testing.pytest_plugin.texts import SAVE
-from llfsm_verify.testing.saving import keep_trace
 from llfsm_verify.testing.stretches import Wrapper, unwrap
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 
