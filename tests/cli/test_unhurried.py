@@ -19,8 +19,8 @@ from typing import TextIO
 
 import pytest
 
-from llfsm_verify.cli.io import unhurried
-from llfsm_verify.cli.io.unhurried import MOST_WAITING, Unhurried
+from llfsm_verify.cli.io import standard_error as unhurried
+from llfsm_verify.cli.io.standard_error import MOST_WAITING, Unhurried
 from llfsm_verify.runtime.whiteboard.client import Whiteboard, WhiteboardError
 
 MOTORS = """\

@@ -47,7 +47,6 @@ from llfsm_verify.testing.conformance.known import SAMPLES
 from llfsm_verify.testing.conformance.outcome import Case, Wrong
 from llfsm_verify.values import Shown
 
-
 ODD = "\x01\n\t\\\"'<&>{}[]:,;§´𝄞"
 """Characters that mean something in some format."""
 STEPS = 60

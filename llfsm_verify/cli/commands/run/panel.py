@@ -9,7 +9,7 @@ import time
 from collections.abc import Mapping
 from typing import TextIO, cast
 
-from llfsm_verify.cli.io.unhurried import Unhurried
+from llfsm_verify.cli.io.standard_error import Unhurried
 from llfsm_verify.report.panel import Snapshot, panel
 from llfsm_verify.runtime.launch import Launch
 from llfsm_verify.runtime.live.frame import CYCLE, ENDING, ENDINGS, NUMBER, STEPS

@@ -9,10 +9,11 @@ import resource
 import signal
 import sys
 from argparse import Namespace
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, nullcontext
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 from llfsm_verify.arrangement.draft import Draft
 from llfsm_verify.arrangement.granting import policy_digest
@@ -21,9 +22,8 @@ from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.cli.arguments import DRAWN, assignments
 from llfsm_verify.cli.commands.run.panel import Pictures
-from llfsm_verify.cli.commands.run.ports import declared_ports, following, opened, unusable, writes_to_output
 from llfsm_verify.cli.io.output import Output, tell
-from llfsm_verify.cli.io.unhurried import unhurried_errors
+from llfsm_verify.cli.io.standard_error import unhurried_errors
 from llfsm_verify.cli.opening import open_draft, property_sources, told
 from llfsm_verify.cli.parser import UsageError, wrong_usage
 from llfsm_verify.collector import do_more_tasks
@@ -35,10 +35,13 @@ from llfsm_verify.program.program import Program
 from llfsm_verify.report.running import port_lines, report_lines
 from llfsm_verify.runtime.launch import Launch, Launched, launched, serve
 from llfsm_verify.runtime.live import CROWDED, UNSERVED
-from llfsm_verify.runtime.live.loop import Prescribed
+from llfsm_verify.runtime.live.loop import LiveCode, Prescribed
 from llfsm_verify.runtime.live.plan import script_of
 from llfsm_verify.runtime.live.run import RunReport
 from llfsm_verify.runtime.live.signals import stopping
+from llfsm_verify.runtime.live.slots import inputs_of, slots_of
+from llfsm_verify.runtime.ports.file import read_ports
+from llfsm_verify.runtime.ports.line_port import STANDARD_INPUT, STANDARD_OUTPUT
 from llfsm_verify.runtime.ports.port import PortSpec
 from llfsm_verify.runtime.ports.ports import Ports
 from llfsm_verify.runtime.stepping.drawing import DrawingError
@@ -46,6 +49,7 @@ from llfsm_verify.runtime.swapping.settings import RunSettings
 from llfsm_verify.runtime.whiteboard.audit import ENDED, AuditLog, seal_of
 from llfsm_verify.runtime.whiteboard.places import NoPlace
 from llfsm_verify.runtime.whiteboard.server import NameTaken
+from llfsm_verify.runtime.whiteboard.shared import Shared
 
 VIOLATED, UNKNOWN = 1, 4
 MOST_SAID = 300
@@ -241,3 +245,63 @@ def _inputs(path: str, arrangement: Arrangement, program: Program) -> tuple[dict
         turns += cycle(record)
     over = not moves or bool(result.status) or not cycle(record)
     return dict(schedule.free), script, turns + over
+
+
+# ---------------- the ports
+
+
+def declared_ports(path: str | None, code: LiveCode) -> tuple[PortSpec, ...]:
+    """The ports in a file, if there is one. DiagnosticError: see `read_ports`."""
+    if path is None:
+        return ()
+    return read_ports(path, inputs_of(code.program), slots_of(code))
+
+
+def unusable(specs: Sequence[PortSpec], held: Mapping[str, str], arrangement: str) -> str | None:
+    """What other options say that does not go with the ports; None: nothing."""
+    for spec in specs:
+        twice = next((name for name in spec.inputs if name in held), None)
+        if twice is not None:
+            return f"--set {twice}: port `{spec.name}` feeds it"
+        if arrangement == "-" and STANDARD_INPUT in spec.holds:
+            return "standard input cannot be both the arrangement and what a port reads"
+    return None
+
+
+def following(ports: Ports) -> Callable[[Shared], None]:
+    """What lets ports serve another run."""
+    return lambda shared: ports.follow(shared.posts, shared.segment.newest, slots_of(shared.loop.code))
+
+
+def writes_to_output(specs: Sequence[PortSpec]) -> bool:
+    """Whether standard output belongs to a port."""
+    return any(STANDARD_OUTPUT in spec.holds for spec in specs)
+
+
+@contextmanager
+def opened(
+    specs: Sequence[PortSpec], shared: Shared, stop: Callable[[], object], recording: str | None
+) -> Iterator[Ports | None]:
+    """The ports of a run, none where none is declared. They are opened when the processes of the run have been forked,
+    so that these inherit none of their descriptors.
+
+    DiagnosticError: one cannot be opened (E495); the recording, in which nothing is yet, is removed.
+    """
+    if not specs:
+        yield None
+        return
+    code = shared.loop.code
+    try:
+        ports = Ports(
+            specs, shared.posts, shared.segment.newest, slots_of(code),
+            period=shared.segment.period / 1e9, stop=stop,
+            say=lambda what: print(what, file=sys.stderr, flush=True),
+        )  # fmt: skip
+    except BaseException:
+        if recording is not None:
+            Path(recording).unlink(missing_ok=True)
+        raise
+    try:
+        yield ports
+    finally:
+        ports.finish("died")  # where nothing better was said before

@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from llfsm_verify.cli.commands.kripke import portions as writing
+from llfsm_verify.cli.commands.kripke import run as writing
 from llfsm_verify.cli.io import progress
 from tests.cli.running import LIGHTS, llfsm
 from tests.processes import ended, wait_for_text_below
@@ -116,7 +116,7 @@ def test_handlers_are_put_back():
 
 def test_a_reader_who_has_gone_ends_the_writing():
     script = (
-        "import sys\nfrom llfsm_verify.cli.commands.kripke.portions import write\n"
+        "import sys\nfrom llfsm_verify.cli.commands.kripke.run import write\n"
         "made = []\n"
         "def pieces():\n"
         "    for i in range(10_000):\n"
