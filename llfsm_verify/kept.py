@@ -107,7 +107,8 @@ def installation() -> str | None:
     """
     from importlib.metadata import version
 
-    files = sorted(Path(__file__).parent.rglob("*.py"))
+    walk = os.walk(Path(__file__).parent)
+    files = sorted(Path(folder, name) for folder, _, names in walk for name in names if name.endswith((".py", ".ll")))
     try:
         if not files or max(file.stat().st_mtime for file in files) >= BEGAN:
             return None

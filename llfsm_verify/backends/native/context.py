@@ -97,6 +97,11 @@ STATUS = 8  # run: of the last step; expand: BROKEN when an edge was
 READ = 9  # how many choices the step had read before its letter
 DRAWN = 10  # run: address of the table by which choices are drawn before each step, or 0 (`loops`, draw)
 HEADER_WORDS = 11
+WORDS = {
+    "C.STEP": STEP, "C.SAMPLES": SAMPLES, "C.PREFIX": PREFIX, "C.EVENTS": EVENTS, "C.SOURCE": SOURCE,
+    "C.PROCESS": PROCESS, "C.STEPPED": STEPPED, "C.STATUS": STATUS, "C.DRAWN": DRAWN,
+}  # fmt: skip
+"""As they are called in files of LLVM text."""
 
 
 @dataclass(frozen=True, slots=True)

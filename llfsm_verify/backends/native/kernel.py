@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 
-from llfsm_verify.backends.native.code import BROKEN, DECLARATIONS, QUOTIENT, FunctionText
-from llfsm_verify.backends.native.context import EDGE_HEADER, ENDED, READ, SAMPLES, ContextLayout, statements
+from llfsm_verify.backends.native.code import BROKEN, DECLARATIONS, FunctionText
+from llfsm_verify.backends.native.context import EDGE_HEADER, ENDED, READ, SAMPLES, WORDS, ContextLayout, statements
 from llfsm_verify.backends.native.layout import WORD_BYTES, Layout
-from llfsm_verify.backends.native.loops import HELPERS, LOOPS, RUN, emit_function, fill
+from llfsm_verify.backends.native.loops import RUN, emit_function, fill, llvm_source
 from llfsm_verify.limits import tick
 from llfsm_verify.program.program import INT64_MAX, Block, Emit, EventKind, Process, Program, Slot
 
 INLINED_LINES = 4000
 """A module with more lines of text keeps its blocks as functions, so that compiling stays linear."""
+
+
+def _file(name: str) -> str:
+    return llvm_source("llfsm_verify.backends.native", f"{name}.ll")
 
 
 class ModuleText:
@@ -36,7 +40,7 @@ class ModuleText:
         self.text = "\n".join(
             [
                 DECLARATIONS,
-                *([QUOTIENT] if self._divides_wide else []),
+                *([_file("quotient")] if self._divides_wide else []),
                 *self._helpers(),
                 *self._functions,
                 *drivers,
@@ -195,7 +199,7 @@ class ModuleText:
             table("lows", (c.type.low for c in choices)),
             table("highs", (c.type.high for c in choices)),
             table("sizes", sizes),
-            fill(HELPERS, places),
+            fill(_file("choices"), WORDS | places),
             *emits,
         ]
 
@@ -212,7 +216,7 @@ class ModuleText:
         return [
             self._enabled(),
             f"define internal i1 @cycle(ptr noalias %r) #1 {cycle.text()}",
-            fill(LOOPS, numbers),
+            fill(_file("steps"), WORDS | numbers),
             fill(RUN, numbers),
         ]
 
