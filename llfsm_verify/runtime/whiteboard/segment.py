@@ -47,7 +47,7 @@ class _Code:
     """`publish` and `newest` in machine code, compiled once in a process."""
 
     def __init__(self) -> None:
-        self._code = MachineCode(lambda: generations.TEXT, "thorough", generations.TEXT)
+        self._code = MachineCode(generations.llvm_text, "thorough", generations.llvm_text())
         pointer, i64 = ctypes.c_void_p, ctypes.c_int64
         address = self._code.address
         self.publish: Callable[..., None] = ctypes.CFUNCTYPE(None, pointer, pointer, i64)(address("publish"))

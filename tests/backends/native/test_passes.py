@@ -10,7 +10,7 @@ import pytest
 COMPILE = """
 import gc
 from llfsm_verify.backends.native.machine_code import MachineCode
-from llfsm_verify.runtime.live.generations import TEXT
+from llfsm_verify.runtime.live.generations import llvm_text
 
 def pages():
     gc.collect()
@@ -18,7 +18,7 @@ def pages():
 
 def compile(count):
     for _ in range(count):
-        MachineCode(lambda: TEXT, "thorough")
+        MachineCode(llvm_text, "thorough")
 
 compile(20)
 before = pages()

@@ -314,7 +314,7 @@ class Memory:
     """A segment in this process, for frames of so many words."""
 
     def __init__(self, words: int) -> None:
-        code = MachineCode(lambda: generations.TEXT, "thorough")
+        code = MachineCode(generations.llvm_text, "thorough")
         pointer, i64 = ctypes.c_void_p, ctypes.c_int64
         self.code = code
         self._publish = ctypes.CFUNCTYPE(None, pointer, pointer, i64)(code.address("publish"))
