@@ -3,14 +3,7 @@
 from __future__ import annotations
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.exports.flat import (
-    Flat,
-    Identifiers,
-    Specification,
-    comment,
-    flatten,
-    values_note,
-)
+from llfsm_verify.exports.flat import Flat, Identifiers, Specification, comment, flatten, values_note
 from llfsm_verify.exports.formulas import NO, SMV, STOPPED, YES, fair, under
 from llfsm_verify.exports.symbolic import Definitions
 from llfsm_verify.limits import LimitReached

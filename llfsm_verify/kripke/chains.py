@@ -121,13 +121,7 @@ class Chains:
                 interior.keys.close()
 
     def _count_class(
-        self,
-        block: Block,
-        interior: VectorSet,
-        modulus: int,
-        number: int,
-        budget: Budget,
-        serve: Callable[[int], None],
+        self, block: Block, interior: VectorSet, modulus: int, number: int, budget: Budget, serve: Callable[[int], None]
     ) -> bool:
         """Pass all chains and enter the configurations of one class; false when a limit ends that: perhaps fewer
         configurations would fit. Raises LimitReached where they would be too few."""

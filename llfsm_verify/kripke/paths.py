@@ -329,12 +329,7 @@ class Living(Breadth):
     """Those that it needs beside that of `Breadth`."""
 
     def __init__(
-        self,
-        graph: Graph,
-        rows: Rows,
-        starts: Iterable[ProductNode],
-        components: Components,
-        sizes: Sizes = SIZES,
+        self, graph: Graph, rows: Rows, starts: Iterable[ProductNode], components: Components, sizes: Sizes = SIZES
     ) -> None:
         """`components`: a search that has found an accepting component from `starts`, with the same states, and has
         ended (`Components.collect`) with all of them."""

@@ -63,8 +63,7 @@ def _first_verdicts(result: Result, *, quiet: bool) -> Iterator[Text]:
         beside = _beside(result, item, quiet=quiet)
         yield _verdict_line(result, verdict_text(result, item).ljust(words), item, width, beside)
     line = Text.assemble(
-        (faults.ljust(words), STYLES[result.faults.verdict]),
-        f"  {'faults'.ljust(width)}  {fault_text(result)}",
+        (faults.ljust(words), STYLES[result.faults.verdict]), f"  {'faults'.ljust(width)}  {fault_text(result)}"
     )
     if result.is_claimed(result.faults.verdict):
         line.append(f"\n{' ' * words}  {' ' * width}  {CLAIMED}", "bold red")
@@ -147,8 +146,7 @@ def _colour_of(item: PropertyResult) -> Verdict:
 
 def _verdict_line(result: Result, words: str, item: PropertyResult, width: int, findings: Sequence[str]) -> Text:
     line = Text.assemble(
-        (words, STYLES[_colour_of(item)]),
-        f"  {name_cell(item.name).ljust(width)}  {asked_text(item.kind, item.text)}",
+        (words, STYLES[_colour_of(item)]), f"  {name_cell(item.name).ljust(width)}  {asked_text(item.kind, item.text)}"
     )
     margin = f"\n{' ' * len(words)}  {' ' * width}  "
     if item.reason is not None:

@@ -91,11 +91,7 @@ class Launched:
 
 @contextmanager
 def launched(
-    ready: Launch,
-    *,
-    audit: AuditLog | None = None,
-    refused: Callable[[str], None] = lambda _: None,
-    swaps: bool = True,
+    ready: Launch, *, audit: AuditLog | None = None, refused: Callable[[str], None] = lambda _: None, swaps: bool = True
 ) -> Iterator[Launched]:
     """The processes of a run. What still runs at the end is ended.
 

@@ -140,12 +140,7 @@ def _saved(line: Property, directory: Path) -> SavedProperty:
 
 
 def keep_trace(
-    directory: Path,
-    name: str,
-    what: SavedProperty | FaultSite,
-    text: str,
-    arrangement: Arrangement,
-    load: Load,
+    directory: Path, name: str, what: SavedProperty | FaultSite, text: str, arrangement: Arrangement, load: Load
 ) -> tuple[Path, bool]:
     """Write `text` as ``NAME.trace.yaml`` or, where that is taken, as ``NAME-2.trace.yaml`` and so on.
 

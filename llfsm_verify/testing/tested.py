@@ -104,10 +104,7 @@ class Tested:
     """
 
     def __init__(
-        self,
-        arrangement: Arrangement,
-        properties: PropertySet | None = None,
-        given: Sequence[str | Path] = (),
+        self, arrangement: Arrangement, properties: PropertySet | None = None, given: Sequence[str | Path] = ()
     ) -> None:
         """`given` is what `properties` were read from, for programs that repeat a run.
 

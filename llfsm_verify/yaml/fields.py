@@ -146,12 +146,7 @@ class Report:
         if scalar is None:
             return None
         if not _IDENTIFIER.match(scalar.text):
-            self.error(
-                "E036",
-                f"`{scalar.text[:60]}` cannot be {what}",
-                scalar.span,
-                _named(scalar.text),
-            )
+            self.error("E036", f"`{scalar.text[:60]}` cannot be {what}", scalar.span, _named(scalar.text))
             return None
         if scalar.text in RESERVED:
             self.error(

@@ -13,16 +13,7 @@ from llfsm_verify.arrangement.files import STDIN
 from llfsm_verify.arrangement.model import Arrangement, Machine, Suppression, Transition
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.trees import nodes, of_kind
-from llfsm_verify.language.typed import (
-    After,
-    AtState,
-    Expression,
-    Literal,
-    Observe,
-    Query,
-    Read,
-    ReadLocal,
-)
+from llfsm_verify.language.typed import After, AtState, Expression, Literal, Observe, Query, Read, ReadLocal
 from llfsm_verify.logic.formula import atom, disjunction, to_text
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.semantics.expressions import SURROUNDINGS
@@ -101,13 +92,7 @@ class Judge:
     """The findings that follow from what is known of the outcomes."""
 
     def __init__(
-        self,
-        arrangement: Arrangement,
-        known: Known,
-        shower: Shower,
-        *,
-        explored: bool,
-        atoms: Sequence[Observed] = (),
+        self, arrangement: Arrangement, known: Known, shower: Shower, *, explored: bool, atoms: Sequence[Observed] = ()
     ) -> None:
         """`atoms` are those of properties."""
         fired = (o for a in atoms for o in of_kind(a.expression, Observe) if o.kind == "fired")

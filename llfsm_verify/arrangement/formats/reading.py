@@ -99,8 +99,7 @@ MACHINES: Registry[Callable[[Reading, Path, Scalar], MachineDraft | Unreadable]]
 wrong with it, goes to the `Reading`."""
 
 POLICIES: Registry[Callable[[Reading, Path, Scalar], Node | None]] = Registry(
-    "policy format",
-    [Entry("yaml", "llfsm_verify.arrangement.formats.yaml:read_policy", "YAML", (".yaml", ".yml"))],
+    "policy format", [Entry("yaml", "llfsm_verify.arrangement.formats.yaml:read_policy", "YAML", (".yaml", ".yml"))]
 )
 """Of what `access` may say in a file of its own; otherwise as for machines."""
 

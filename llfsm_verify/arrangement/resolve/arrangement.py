@@ -178,10 +178,7 @@ class _Resolver:
             timing="timed" if timed else "untimed",
             cycle_ms=period,
             finished=cast(Finished, choice(draft.finished, "`finished`", get_args(Finished), "leave")),
-            fairness=cast(
-                Fairness,
-                choice(draft.fairness, "`fairness`", get_args(Fairness), "processes"),
-            ),
+            fairness=cast(Fairness, choice(draft.fairness, "`fairness`", get_args(Fairness), "processes")),
             types=self.types.types,
             enumerations=tuple(dict.fromkeys(t for t in self.types.types.values() if isinstance(t, EnumType))),
             tables=self.world.tables,
@@ -348,14 +345,7 @@ class _Resolver:
         elif name == ENVIRONMENT and self.draft.environment is not None:
             self.report.error("E118", _TAKEN, draft.name.span, "choose another name")
         return InstanceText(
-            name,
-            text,
-            arguments,
-            suspended,
-            draft.name.span,
-            model,
-            surroundings,
-            cast(OnFault, on_fault),
+            name, text, arguments, suspended, draft.name.span, model, surroundings, cast(OnFault, on_fault)
         )
 
     def _machine(self, draft: MachineDraft) -> MachineText | None:

@@ -208,9 +208,7 @@ def allowed_words(
     alphabet, automaton, classes = _opened(kind, expression, guards, world)
     same = {v: _showing(v, alphabet, world) for v in classes.values() if v is not None}
     _, edges = explore_subsets(
-        frozenset((0,)),
-        lambda states: _successors(kind, automaton, states, classes, same, world).items(),
-        max_states,
+        frozenset((0,)), lambda states: _successors(kind, automaton, states, classes, same, world).items(), max_states
     )
     return minimise(DeterministicAutomaton(guards, edges, (True,) * len(edges)))
 

@@ -10,14 +10,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 
-from llfsm_verify.backends.native.context import (
-    DRAWN,
-    ENDED,
-    EVENTS,
-    PROCESS,
-    RANDOM,
-    STATUS,
-)
+from llfsm_verify.backends.native.context import DRAWN, ENDED, EVENTS, PROCESS, RANDOM, STATUS
 
 
 @cache

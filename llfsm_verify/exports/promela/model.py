@@ -15,48 +15,11 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.exports.flat import (
-    Flat,
-    Identifiers,
-    Specification,
-    comment,
-    flatten,
-    stopping,
-    values_note,
-)
-from llfsm_verify.exports.formulas import (
-    NO,
-    PROMELA,
-    STARTED,
-    STOPPED,
-    YES,
-    fair,
-    never_claim,
-    readable,
-    under,
-)
-from llfsm_verify.exports.promela.blocks import (
-    Blocks,
-    conditional,
-    header,
-    indivisible,
-    pick_any,
-    storage,
-    type_of,
-)
+from llfsm_verify.exports.flat import Flat, Identifiers, Specification, comment, flatten, stopping, values_note
+from llfsm_verify.exports.formulas import NO, PROMELA, STARTED, STOPPED, YES, fair, never_claim, readable, under
+from llfsm_verify.exports.promela.blocks import Blocks, conditional, header, indivisible, pick_any, storage, type_of
 from llfsm_verify.logic.formula import Formula, apply, conjunction, negation
-from llfsm_verify.program.program import (
-    Block,
-    Const,
-    Expr,
-    Get,
-    Int,
-    Ite,
-    Local,
-    Op,
-    Set,
-    Var,
-)
+from llfsm_verify.program.program import Block, Const, Expr, Get, Int, Ite, Local, Op, Set, Var
 from llfsm_verify.program.symbolic import FAULT
 from llfsm_verify.program.trees import fold
 from llfsm_verify.values import Value

@@ -29,10 +29,7 @@ def machine_graph(machine: Machine) -> Graph:
     nodes = [_state_node(machine, i, state) for i, state in enumerate(machine.states)]
     edges = [
         Edge(
-            f"s{i}",
-            f"s{t.target}",
-            _label((f"{n + 1}: " if len(state.transitions) > 1 else "") + t.text),
-            "transition",
+            f"s{i}", f"s{t.target}", _label((f"{n + 1}: " if len(state.transitions) > 1 else "") + t.text), "transition"
         )
         for i, state in enumerate(machine.states)
         for n, t in enumerate(state.transitions)

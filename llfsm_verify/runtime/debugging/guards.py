@@ -48,11 +48,7 @@ class Guards:
         self._interpreter = Interpreter(self.program)
 
     def of(
-        self,
-        values: dict[str, Value],
-        outputs: dict[str, Value],
-        move: Move,
-        after: dict[str, Value] | None,
+        self, values: dict[str, Value], outputs: dict[str, Value], move: Move, after: dict[str, Value] | None
     ) -> tuple[Evaluated, ...]:
         """The guards of a step from a configuration; `after` is where the executor came to (None: it failed there).
 

@@ -62,11 +62,7 @@ def performed(recording: Recording, code: LiveCode) -> Iterator[Turn]:
 
 
 def replay(
-    code: LiveCode,
-    turns: Iterable[Turn],
-    free: Mapping[str, Value] = MappingProxyType({}),
-    *,
-    goes_on: bool = False,
+    code: LiveCode, turns: Iterable[Turn], free: Mapping[str, Value] = MappingProxyType({}), *, goes_on: bool = False
 ) -> Iterator[Turn]:
     """The turns, each after it was performed and its frame found to be the same, bit for bit. Raises Differs.
 

@@ -10,14 +10,7 @@
 from __future__ import annotations
 
 from llfsm_verify.testing.conformance.engines import Delegate, check_engine, engine_cases
-from llfsm_verify.testing.conformance.executors import (
-    Executor,
-    Native,
-    Reference,
-    Step,
-    check_executor,
-    executor_cases,
-)
+from llfsm_verify.testing.conformance.executors import Executor, Native, Reference, Step, check_executor, executor_cases
 from llfsm_verify.testing.conformance.outcome import Case, Outcome
 from llfsm_verify.testing.conformance.plugs import (
     drawing_cases,

@@ -73,12 +73,7 @@ def _outside(parser: Parser) -> None:
         text="in place of --fallback: a guard outside, such as `llfsm whiteboard watch --command`, that gives this "
         "command when a property is violated; say how late it is at worst, and prove it",
     )
-    add(
-        "--every",
-        metavar="N",
-        type=positive,
-        help="for a guard outside: it looks once in any N cycles (default: 1)",
-    )
+    add("--every", metavar="N", type=positive, help="for a guard outside: it looks once in any N cycles (default: 1)")
     add(
         "--looks",
         metavar="N",

@@ -41,10 +41,5 @@ def arguments(parser: Parser) -> None:
         metavar="VARIABLE",
         text="with --as machine: a whiteboard variable that becomes true on a violation",
     )
-    repeatable(
-        parser,
-        "--suspend",
-        metavar="MACHINE",
-        text="with --as machine: a machine to suspend on a violation",
-    )
+    repeatable(parser, "--suspend", metavar="MACHINE", text="with --as machine: a machine to suspend on a violation")
     output(parser)

@@ -106,11 +106,7 @@ def _from_machine(options: Namespace) -> int:
 
 
 def _text(
-    options: Namespace,
-    made: list[Monitored],
-    lines: PropertySet,
-    arrangement: Arrangement | None,
-    clock: Clock | None,
+    options: Namespace, made: list[Monitored], lines: PropertySet, arrangement: Arrangement | None, clock: Clock | None
 ) -> tuple[str, int]:
     """What is written, and 1 when a property cannot be monitored."""
     from llfsm_verify.monitoring.machine import Action, not_monitorable

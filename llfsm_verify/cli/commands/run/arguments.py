@@ -71,11 +71,7 @@ def _monitoring(parser: Parser) -> None:
     add = parser.add_argument
     add("-q", "--quiet", action="store_true", help="print only how the run ended")
     shared.repeatable(
-        parser,
-        "--monitor",
-        metavar="FILE",
-        dest="properties",
-        text="decide the properties of this file while it runs",
+        parser, "--monitor", metavar="FILE", dest="properties", text="decide the properties of this file while it runs"
     )
     shared.property_lines(parser)
     shared.choice(parser, "--on-violation", ON_TROUBLE, "what to do when a monitored property is violated")

@@ -31,13 +31,7 @@ def arguments(parser: Parser) -> None:
     property_lines(parser, about)
     parser.set_defaults(properties=[])
     output(parser)
-    add(
-        "--steps",
-        metavar="A:B",
-        type=steps,
-        default=(0, None),
-        help="only steps A to B; each may be left out",
-    )
+    add("--steps", metavar="A:B", type=steps, default=(0, None), help="only steps A to B; each may be left out")
     other_arrangement(parser, "the file names or has")
 
 

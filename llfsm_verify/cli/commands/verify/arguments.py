@@ -53,13 +53,7 @@ def _search(parser: Parser, group: Group) -> None:
 def _report(group: Group) -> None:
     add = group.add_argument
     shared.choice(group, "--format", REPORTS.result, "how to report")
-    add(
-        "--all",
-        metavar="N",
-        type=positive,
-        default=1,
-        help="N different counterexamples to each violated property",
-    )
+    add("--all", metavar="N", type=positive, default=1, help="N different counterexamples to each violated property")
     shared.all_steps(group)
     add("-q", "--quiet", action="store_true", help="print only the verdicts")
     add("--timings", action="store_true", help="say on standard error where the time went")

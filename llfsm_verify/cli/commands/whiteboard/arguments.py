@@ -47,11 +47,7 @@ def arguments(parser: Parser) -> None:
         text="give this command, such as 'suspend MACHINE' or 'write SLOT VALUE', when one is violated",
     )
     repeatable(
-        watch,
-        "--post",
-        metavar="INPUT=VALUE",
-        dest="posts",
-        text="give an input this value when one is violated",
+        watch, "--post", metavar="INPUT=VALUE", dest="posts", text="give an input this value when one is violated"
     )
     watch.add_argument(
         "--every",
