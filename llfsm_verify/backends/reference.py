@@ -5,6 +5,7 @@ Expressions and blocks are walked with explicit stacks, so that depth is never a
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -62,50 +63,26 @@ class _FaultError(Exception):
         self.fault = fault
 
 
+UNARY: Mapping[str, Callable[[int], int]] = {"neg": operator.neg, "abs": abs, "not": lambda a: 1 - a}
+BINARY: Mapping[str, Callable[[int, int], int]] = {
+    "add": operator.add, "sub": operator.sub, "mul": operator.mul, "min": min, "max": max,
+    "div": lambda a, b: abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1),
+    "mod": lambda a, b: abs(a) % abs(b) * (-1 if a < 0 else 1),
+    "eq": operator.eq, "ne": operator.ne, "lt": operator.lt, "le": operator.le, "gt": operator.gt, "ge": operator.ge,
+    "and": operator.and_, "or": operator.or_, "xor": operator.xor,
+}  # fmt: skip
+
+
 def apply(operation: Op, arguments: list[int]) -> int:
     """The exact value of an operation on evaluated arguments. Raises ZeroDivisionError where a check is missing."""
     match operation.op, arguments:
-        case "add", [a, b]:
-            return a + b
-        case "sub", [a, b]:
-            return a - b
-        case "mul", [a, b]:
-            return a * b
-        case "div", [a, b]:
-            return abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)
-        case "mod", [a, b]:
-            return abs(a) % abs(b) * (-1 if a < 0 else 1)
-        case "neg", [a]:
-            return -a
-        case "abs", [a]:
-            return abs(a)
-        case "min", [a, b]:
-            return min(a, b)
-        case "max", [a, b]:
-            return max(a, b)
-        case "eq", [a, b]:
-            return int(a == b)
-        case "ne", [a, b]:
-            return int(a != b)
-        case "lt", [a, b]:
-            return int(a < b)
-        case "le", [a, b]:
-            return int(a <= b)
-        case "gt", [a, b]:
-            return int(a > b)
-        case "ge", [a, b]:
-            return int(a >= b)
-        case "not", [a]:
-            return 1 - a
-        case "and", [a, b]:
-            return a & b
-        case "or", [a, b]:
-            return a | b
-        case "xor", [a, b]:
-            return a ^ b
         case "wrap", [a] if isinstance(operation.type, Int):
             low, size = operation.type.low, operation.type.high - operation.type.low + 1
             return low + (a - low) % size
+        case name, [a] if name in UNARY:
+            return UNARY[name](a)
+        case name, [a, b] if name in BINARY:
+            return int(BINARY[name](a, b))
     raise BrokenProgramError(f"{operation.op} of {len(arguments)} arguments")
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import operator
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from math import ceil, floor, isqrt, trunc
 
@@ -28,7 +30,7 @@ def evaluate(e: typed.Expression) -> Number | None:
                 return _bits(e.op, int(left), int(right), e.type)
             if e.op == "div":
                 return _quotient(left, right, digits_of(e.type)) if right else None
-            return _apply(e.op, left, right)
+            return OPERATIONS[e.op](left, right)
         case typed.Conditional():
             condition, then, otherwise = evaluate(e.condition), evaluate(e.then), evaluate(e.otherwise)
             return None if condition is None else then if condition else otherwise
@@ -78,38 +80,13 @@ def _quotient(a: Number, b: Number, digits: int) -> Number:
     return Fraction(trunc(Fraction(a) / Fraction(b) * 10**digits), 10**digits)
 
 
-def _apply(op: str, a: Number, b: Number) -> Number | None:
-    match op:
-        case "add":
-            return a + b
-        case "sub":
-            return a - b
-        case "mul":
-            return a * b
-        case "div":
-            return _quotient(a, b, 0) if b else None
-        case "mod":
-            return a - b * _quotient(a, b, 0) if b else None
-        case "min":
-            return min(a, b)
-        case "max":
-            return max(a, b)
-        case "eq":
-            return a == b
-        case "ne" | "xor":
-            return a != b
-        case "lt":
-            return a < b
-        case "le":
-            return a <= b
-        case "gt":
-            return a > b
-        case "ge":
-            return a >= b
-        case "and":
-            return bool(a and b)
-        case _:
-            return bool(a or b)
+OPERATIONS: Mapping[str, Callable[[Number, Number], Number | None]] = {
+    "add": operator.add, "sub": operator.sub, "mul": operator.mul, "min": min, "max": max,
+    "div": lambda a, b: _quotient(a, b, 0) if b else None,
+    "mod": lambda a, b: a - b * _quotient(a, b, 0) if b else None,
+    "eq": operator.eq, "ne": operator.ne, "xor": operator.ne, "lt": operator.lt, "le": operator.le,
+    "gt": operator.gt, "ge": operator.ge, "and": lambda a, b: bool(a and b), "or": lambda a, b: bool(a or b),
+}  # fmt: skip
 
 
 Interval = tuple[Number, Number] | None

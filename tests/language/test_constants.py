@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
-from llfsm_verify.language.constants import _apply, _combine, evaluate, interval
+from llfsm_verify.language.constants import OPERATIONS, _combine, evaluate, interval
 from llfsm_verify.language.expressions import ExpressionChecker
 from llfsm_verify.language.parser import parse_guard
 from llfsm_verify.language.scope import Constant, Scope
@@ -159,7 +159,7 @@ EXACT = ("add", "sub", "mul", "div", "min", "max")
 @pytest.mark.parametrize("op", [*EXACT, "mod"])
 def test_the_bounds_of_an_operation_hold_its_values(op: str) -> None:
     for a, b in product(ENDS, ENDS):
-        values = [_apply(op, x, y) for x in range(a[0], a[1] + 1) for y in range(b[0], b[1] + 1)]
+        values = [OPERATIONS[op](x, y) for x in range(a[0], a[1] + 1) for y in range(b[0], b[1] + 1)]
         known = [v for v in values if v is not None]
         bounds = _combine(op, a, b)
         assert bounds is not None

@@ -88,6 +88,16 @@ def failing_part(replayed: ReplayedRun, goal: Goal) -> tuple[Sequence[Letter], i
     return letters, loop
 
 
+_JUDGEMENTS = {
+    "automaton": "the automaton does not accept the run",
+    "automaton never": "the automaton accepts the run",
+}
+_HOPELESS = {
+    "automaton": "the automaton accepts nothing that could follow",
+    "automaton never": "the automaton accepts all that could follow",
+}
+
+
 def _explanation(
     trace: Trace, letters: Sequence[Letter], loop: int | None, goal: Goal, problem: Problem
 ) -> tuple[frozenset[Pair], str]:
@@ -103,7 +113,8 @@ def _explanation(
             sentences = Sentences(reading, place, lambda letter, key: key in letters[letter])
             return exact_causes(reading)[0], sentences.why()
     if loop is not None:
-        return _mending(goal, letters, loop), _judgement(goal)
+        judgement = _JUDGEMENTS.get(goal.line.kind, "the run as a whole does not satisfy it")
+        return _mending(goal, letters, loop), judgement
     monitor = goal.monitor()
     last = len(letters) - 1
     keys = changes(monitor, goal.atoms, letters) if monitor is not None else frozenset[str]()
@@ -116,25 +127,8 @@ def _explanation(
         why = regular_reason(kind, expression, letters, place, others)
         if why is not None:
             return pairs, why
-    return pairs, f"after what it shows {place(last)} {_hopeless(goal)}"
-
-
-def _hopeless(goal: Goal) -> str:
-    match goal.line.kind:
-        case "automaton":
-            return "the automaton accepts nothing that could follow"
-        case "automaton never":
-            return "the automaton accepts all that could follow"
-    return "nothing that could follow satisfies the property"
-
-
-def _judgement(goal: Goal) -> str:
-    match goal.line.kind:
-        case "automaton":
-            return "the automaton does not accept the run"
-        case "automaton never":
-            return "the automaton accepts the run"
-    return "the run as a whole does not satisfy it"
+    hopeless = _HOPELESS.get(kind, "nothing that could follow satisfies the property")
+    return pairs, f"after what it shows {place(last)} {hopeless}"
 
 
 def _mending(goal: Goal, letters: Sequence[Letter], loop: int) -> frozenset[Pair]:
