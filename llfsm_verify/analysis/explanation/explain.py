@@ -121,7 +121,7 @@ def _explanation(
     pairs = frozenset((last, key) for key in keys)
     kind, expression = goal.line.kind, goal.line.expression
     if expression is not None and kind in ("enforce", "forbid", "forbid initially"):
-        from llfsm_verify.analysis.explanation.regular_sentences import regular_reason
+        from llfsm_verify.analysis.explanation.sentences import regular_reason
 
         others = None if monitor is None else possible(monitor, goal.atoms, letters)
         why = regular_reason(kind, expression, letters, place, others)

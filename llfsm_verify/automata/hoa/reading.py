@@ -9,8 +9,7 @@ from typing import NoReturn
 
 from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.boolean import Guards
-from llfsm_verify.automata.hoa.acceptance import Acceptance, read_acceptance
-from llfsm_verify.automata.hoa.tokens import Token, tokens, wrong
+from llfsm_verify.automata.hoa.tokens import Acceptance, Token, read_acceptance, tokens, wrong
 from llfsm_verify.diagnostics import Source, Span
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, atom, conjunction, disjunction, negation

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from llfsm_verify.analysis.explanation.regular_sentences import regular_reason
+from llfsm_verify.analysis.explanation.sentences import regular_reason
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import FEATURES, parse_properties
 
@@ -43,7 +43,7 @@ def test_reasons(
 
 
 def test_of_a_long_match_the_end_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("llfsm_verify.analysis.explanation.regular_sentences.MOST_SHOWN", 2)
+    monkeypatch.setattr("llfsm_verify.analysis.explanation.sentences.MOST_SHOWN", 2)
     (read,) = parse_properties([Source("t", "forbid x: p q p q")], features=FEATURES)
     assert read.expression is not None
     found = regular_reason("forbid", read.expression, [P, Q, P, Q], lambda i: f"at step {i}", None)
