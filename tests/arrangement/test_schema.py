@@ -230,3 +230,30 @@ def test_codes_of_lint_that_there_are_not_are_refused() -> None:
         if not taken:
             with pytest.raises(DiagnosticError):
                 build_arrangement(document)
+
+
+ARRAY: dict[str, Any] = {"array": "bool", "size": 2}
+TYPES: list[tuple[Any, bool]] = [
+    ("bool", True), ("0..15", True), ("-8 .. -1", True), ("int8", True), ("uint64", True), ("Pair", True),
+    (ARRAY, True), ({"array": ARRAY, "size": "2"}, True), ({"record": {"x": ARRAY}}, True),
+    ({"decimal": "0.1", "range": "0.0..1.0"}, True),
+    ("0..", False), ("..3", False), ("0.5..1", False), ("0...1", False), ("1x", False), ("int 8", False), ("", False),
+    ({"array": "bool"}, False), ({"record": {}}, False), ({"decimal": "0.1"}, False), ({}, False), (["bool"], False),
+    (None, False),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "taken"), TYPES, ids=str)
+def test_a_type_is_one_of_its_alternatives(kind: Any, taken: bool) -> None:
+    assert validator("arrangement").is_valid(small(whiteboard={"lit": {"type": kind}})) is taken
+
+
+VALUES: list[Any] = [
+    1, -0.5, True, None, "RED", "2 * n", [], [1, 1], [[True], [None]], {}, {"x": {"y": [1]}}, [{"x": {}}],
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("value", VALUES, ids=str)
+def test_a_value_has_any_shape(value: Any) -> None:
+    """Whether it fits its type the reader says."""
+    validator("arrangement").validate(small(whiteboard={"lit": {"type": "int", "init": value}}))

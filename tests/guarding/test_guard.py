@@ -118,6 +118,26 @@ def test_names_change_where_they_mean_the_output_and_all_else_stays(limiter):
     ]
 
 
+@pytest.mark.parametrize(
+    ("file", "second"),
+    [
+        ("driver.machine.yaml", "driver_2.machine.yaml"),
+        ("driver.yaml", "driver_2.yaml"),
+        ("driver.v1.yaml", "driver.v1_2.yaml"),
+    ],
+)
+def test_a_second_file_of_one_name_has_a_number_before_its_ending(limiter, file, second):
+    for folder, text in (("a", DRIVER), ("b", DRIVER.replace("speed", "level"))):
+        Path(folder).mkdir()
+        Path(folder, file).write_text(text)
+    other = f"other: {{file: b/{file}, parameters: {{out: level, level: level}}}}"
+    text = LIMITER.replace("driver.machine.yaml", f"a/{file}").replace("  idle:\n", f"  {other}\n  idle:\n")
+    limiter.write_text(text.replace("  - idle", "  - other\n  - idle"))
+    made, _ = guarded(limiter, ["slow: G speed < 6"], {"speed": "min(speed, 5)"})
+    assert list(made.files)[-2:] == [file, second]
+    assert f"other: {{file: {second}" in made.files["limiter.yaml"]
+
+
 def test_empty_mappings_get_all_that_is_added(limiter):
     text = LIMITER + "access:\n  levels: [low, high]\n  machines: {}\n  write: {}\n"
     made, _ = guarded(text, ["slow: G speed < 6", "few: G level < 8"], {"speed": "5", "level": "0"})
