@@ -89,9 +89,10 @@ def _performed(both: Lockstep, values: Mapping[str, Value], run: FaultRun) -> Di
     """The run in both arrangements, each by itself. Disagreement: one ends in a fault that was not found, or they do
     not differ at the end."""
     guarded, original = Execution(both.guarded), Execution(both.original)
+    of_original = {name.removeprefix(MARK): value for name, value in values.items() if name.startswith(MARK)}
     after, before = (
         each.layout.encode_record({**values, **extra, **each.layout.initial_outputs()})
-        for each, extra in ((guarded, {}), (original, _of_original(values)))
+        for each, extra in ((guarded, {}), (original, of_original))
     )
     names = {info.name for info in both.original.machines}
     steps: list[TraceStep] = []
@@ -115,7 +116,3 @@ def _performed(both: Lockstep, values: Mapping[str, Value], run: FaultRun) -> Di
     if not found:
         raise Disagreement("the executor finds no difference to the original in the run that was found")
     return Different(tuple(steps), found)
-
-
-def _of_original(values: Mapping[str, Value]) -> dict[str, Value]:
-    return {name.removeprefix(MARK): value for name, value in values.items() if name.startswith(MARK)}

@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.automata.omega.components import components
+from llfsm_verify.files import Closing
 from llfsm_verify.kripke.graph import Graph, Letters
-from llfsm_verify.kripke.memory import Closing
 from llfsm_verify.kripke.paths import Breadth, Components, PathStep, SearchTarget
 from llfsm_verify.kripke.product import NO_STATE, EdgeClasses, Move, ProductNode, Rows, Sizes
 from llfsm_verify.limits import tick

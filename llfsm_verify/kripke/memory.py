@@ -9,7 +9,6 @@ import errno
 import mmap
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Self
 
 from llfsm_verify.kripke.compiled import Kernels
 from llfsm_verify.kripke.kernels import blocks as b
@@ -19,20 +18,6 @@ PAGE = mmap.PAGESIZE
 HUGE = 1 << 21
 """Mappings of at least this many bytes ask for large pages: a table that is read at random then misses the address
 translation cache far less."""
-
-
-class Closing:
-    """Is closed at the end of a `with`."""
-
-    def close(self) -> None:
-        """Give the memory back."""
-        raise NotImplementedError
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 class OutOfMemory(LimitReached, MemoryError):

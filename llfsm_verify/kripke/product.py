@@ -11,10 +11,11 @@ from array import array
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+from llfsm_verify.files import Closing
 from llfsm_verify.kripke.compiled import kernels
 from llfsm_verify.kripke.graph import NO_PREFIX, Graph
 from llfsm_verify.kripke.kernels import product_blocks as p
-from llfsm_verify.kripke.memory import Closing, Region
+from llfsm_verify.kripke.memory import Region
 from llfsm_verify.limits import LimitReached, tick
 
 Move = tuple[int, int]

@@ -12,9 +12,9 @@ from operator import or_
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.moves import Lazy, moves_of
+from llfsm_verify.files import Closing
 from llfsm_verify.kripke.graph import EPSILON, Graph
 from llfsm_verify.kripke.lassos import Cores, Space, Walk, short_lasso, walk
-from llfsm_verify.kripke.memory import Closing
 from llfsm_verify.kripke.paths import Breadth, Components, PathStep, SearchTarget
 from llfsm_verify.kripke.product import (
     MAX_SETS,

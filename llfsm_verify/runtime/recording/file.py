@@ -36,9 +36,10 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.files import Closing
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.frame import ENDING, HEADER_WORDS
@@ -195,7 +196,7 @@ def is_recording(path: str | Path) -> bool:
         return False  # what is wrong with it is said where files of other kinds are read
 
 
-class Recording:
+class Recording(Closing):
     """A recording that is read: `header`, and iterating over it its turns, up to the last whole one.
 
     DiagnosticError (E481): the file is not one, or is damaged before its first frame.
@@ -325,12 +326,6 @@ class Recording:
     def close(self) -> None:
         """Nothing more is read."""
         self._file.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def checksum(entry: bytes, before: int) -> int:

@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 from llfsm_verify.arrangement.draft import Draft
 from llfsm_verify.arrangement.granting import rights_given
@@ -23,6 +23,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.replacing import Change, NewPolicy, with_change
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.files import Closing
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.run import Running, RunReport
 from llfsm_verify.runtime.swapping.check_process import Check, CheckTask
@@ -118,7 +119,7 @@ class _Next(NamedTuple):
     left: ExitStack
 
 
-class SwappableRun:
+class SwappableRun(Closing):
     """Runs one after the other, as one. It is made with the first, whose processes are forked then.
 
     `draft` is what was read of its arrangement; None: it does not come from files, and is not changed. The first
@@ -349,12 +350,6 @@ class SwappableRun:
         self._ends.close()
         for thread in self._given_up:
             thread.join()  # LLVM must not be at work while Python ends
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def _line(found: Diagnostic) -> str:

@@ -13,8 +13,9 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
+from llfsm_verify.files import Closing
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.program.program import Choice
 from llfsm_verify.runtime.live.frame import COMMITTED, ENDING, ENDINGS, NUMBER
@@ -55,7 +56,7 @@ class View:
     """``running``, or why there will be no other frame: one of `live.frame.ENDINGS`, or ``died``."""
 
 
-class InputWriter:
+class InputWriter(Closing):
     """Posts inputs in memory that the server of a whiteboard has lent; made by `Whiteboard.writer`.
 
     They belong to it while the whiteboard is connected.
@@ -87,12 +88,6 @@ class InputWriter:
         """Post no more."""
         self._lent.close()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
 
 class Replaced(NamedTuple):
     """A machine or a policy has taken the place of another one."""
@@ -103,7 +98,7 @@ class Replaced(NamedTuple):
     """What its check has to say."""
 
 
-class Whiteboard:
+class Whiteboard(Closing):
     """A whiteboard that a run of this name serves on this machine. WhiteboardError: no run does.
 
     `connection` is one that `called` has made; it is closed with the whiteboard, or where that is not made.
@@ -387,12 +382,6 @@ class Whiteboard:
         self._connection.close()
         self._attached.close()
         self._readers.clear()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def _close(descriptors: Iterable[int]) -> None:

@@ -10,8 +10,9 @@ from collections import deque
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Generic, Self, TypeVar
+from typing import Generic, TypeVar
 
+from llfsm_verify.files import Closing
 from llfsm_verify.runtime.live.frame import NUMBER
 from llfsm_verify.runtime.live.generations import GENERATIONS
 from llfsm_verify.runtime.live.slots import Slot
@@ -64,7 +65,7 @@ def most_missed(every: int, kept: int = GENERATIONS) -> int:
     return 0 if every < kept else every - kept // BEHIND - 1
 
 
-class _Reader(Generic[T]):
+class _Reader(Closing, Generic[T]):
     """Reads frame after frame, each once, in order, and makes something of them.
 
     `fileno` is readable when there may be a new frame or the run has ended, for `selectors` and `asyncio`; no thread is
@@ -166,12 +167,6 @@ class _Reader(Generic[T]):
             self._both.close()
             self._feed.woken.close()
             self._feed.over()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 class Subscription(_Reader[Update]):
