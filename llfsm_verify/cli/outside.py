@@ -49,12 +49,9 @@ def command(text: str) -> Order:
 def refuse_undeclared(orders: Sequence[Order], arrangement: Arrangement) -> None:
     """DiagnosticError (E486): a run of the arrangement would refuse one of these."""
     program = bind(arrangement, PropertySet(())).program(keep_all_bits=True)
+    hint = "`operators` and `access` of the arrangement allow commands"
     found = [
-        Diagnostic(
-            ABSENT,
-            f"`{text}` would be refused: {why}",
-            hint="`operators` and `access` of the arrangement allow commands",
-        )
+        Diagnostic(ABSENT, f"`{text}` would be refused: {why}", hint=hint)
         for text, why in refusals(orders, arrangement, program).items()
     ]
     if found:

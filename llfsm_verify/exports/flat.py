@@ -205,19 +205,13 @@ def _refuse(flat: Flat) -> None:
     problems: dict[str, Diagnostic] = {}
     for v in flat.vars:
         if not isinstance(v.type, Int):
-            problems[v.name] = Diagnostic(
-                "E420",
-                f"`{v.name}` is a mathematical integer (type int), which no model for another checker can hold",
-                _place(flat, v.name),
-                hint="declare the range that it keeps to, such as 0..1000: leaving it is then a fault",
-            )
+            message = f"`{v.name}` is a mathematical integer (type int), which no model for another checker can hold"
+            hint = "declare the range that it keeps to, such as 0..1000: leaving it is then a fault"
+            problems[v.name] = Diagnostic("E420", message, _place(flat, v.name), hint=hint)
         elif not fits(v.type) or not fits(Int(0, v.type.high - v.type.low)):
-            problems[v.name] = Diagnostic(
-                "E421",
-                f"`{v.name}` has values from {v.type.low} to {v.type.high}, beyond the 32-bit integers of this format",
-                _place(flat, v.name),
-                hint="declare a smaller range",
-            )
+            values = f"{v.type.low} to {v.type.high}"
+            message = f"`{v.name}` has values from {values}, beyond the 32-bit integers of this format"
+            problems[v.name] = Diagnostic("E421", message, _place(flat, v.name), hint="declare a smaller range")
     if problems:
         raise DiagnosticError(list(problems.values()))
     for e in (e for block in (*flat.steps, flat.stutter) for s in statements(block) for e in expressions(s)):
@@ -245,12 +239,9 @@ def _too_wide(node: Expr, flat: Flat) -> Diagnostic:
             return Diagnostic("E421", message, written[n.value], hint="write a number of 32 bits")
     names = sorted({n.var for n in nodes(node) if isinstance(n, Get)})
     of = f" of {', '.join(f'`{n}`' for n in names)}" if names else ""
-    return Diagnostic(
-        "E421",
-        f"a calculation{of} can leave 32 bits, and the integers of this format have no more",
-        next((p for p in (_place(flat, name) for name in names) if p is not None), None),
-        hint="declare smaller ranges, so that no intermediate value leaves them",
-    )
+    message = f"a calculation{of} can leave 32 bits, and the integers of this format have no more"
+    place = next((p for p in (_place(flat, name) for name in names) if p is not None), None)
+    return Diagnostic("E421", message, place, hint="declare smaller ranges, so that no intermediate value leaves them")
 
 
 # ---------------------------------------------------------------- names

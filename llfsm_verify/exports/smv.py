@@ -68,13 +68,9 @@ class Definitions(symbolic.Definitions):
     def name(self, e: Expr) -> Expr:
         """The same. Raises DiagnosticError (E421) for what 32 bits do not hold."""
         if not fits(e.type):
-            raise DiagnosticError(
-                Diagnostic(
-                    "E421",
-                    "a calculation can leave 32 bits, and the integers of this format have no more",
-                    hint="declare smaller ranges, so that no intermediate value leaves them",
-                )
-            )
+            message = "a calculation can leave 32 bits, and the integers of this format have no more"
+            hint = "declare smaller ranges, so that no intermediate value leaves them"
+            raise DiagnosticError(Diagnostic("E421", message, hint=hint))
         return symbolic.Definitions.name(self, e)
 
 

@@ -117,12 +117,8 @@ class ExpressionChecker:
             shown = f"`{text} != 0`" if len(text) <= 60 and "\n" not in text else "`… != 0`"
             shown = {"0": "`false`", "1": "`true`"}.get(text, shown)
             shown = self._compared_alike(node, beside) or shown
-            raise self.fail(
-                "E120",
-                f"a condition is expected, but this is {'an integer' if is_integer(e.type) else 'a decimal'}",
-                node,
-                f"write {shown}",
-            )
+            what = "an integer" if is_integer(e.type) else "a decimal"
+            raise self.fail("E120", f"a condition is expected, but this is {what}", node, f"write {shown}")
         alike = self._compared_alike(node, beside)
         hint = f"write {alike}" if alike else "compare it with a value"
         raise self.fail("E120", f"a condition is expected, but this is {a_type(e.type)}", node, hint)
@@ -473,12 +469,10 @@ class ExpressionChecker:
     def _comparison(self, node: syntax.Chain) -> typed.Expression:
         if len(node.operators) > 1:
             a, b, c = (self.span(o).text for o in node.operands[:3])
-            raise self.fail(
-                "E106",
-                "comparisons cannot be chained",
-                node,
-                f"write `{a} {node.operators[0]} {b} && {b} {node.operators[1]} {c}`" if len(a + b + c) < 80 else None,
+            hint = (
+                f"write `{a} {node.operators[0]} {b} && {b} {node.operators[1]} {c}`" if len(a + b + c) < 80 else None
             )
+            raise self.fail("E106", "comparisons cannot be chained", node, hint)
         operator = node.operators[0]
         left_node, right_node = node.operands
         if isinstance(left_node, syntax.Prefix) and left_node.operator == "!" and not self.scope.integer_guards:
@@ -774,12 +768,8 @@ class ExpressionChecker:
                 text = self.span(argument).text if len(self.span(argument).text) <= 40 else "…"
                 factor = "" if scale == 1 else " * 1000"
                 hint = f"write `after_ms(round({text}{factor}))`"
-                raise self.fail(
-                    "E121",
-                    f"an integer or a constant such as 0.5 is expected, but this is {a_type(time.type)}",
-                    argument,
-                    hint,
-                )
+                message = f"an integer or a constant such as 0.5 is expected, but this is {a_type(time.type)}"
+                raise self.fail("E121", message, argument, hint)
             constant = evaluate(time)
             if constant is not None and constant < 0:
                 raise self.fail("E132", "a time span cannot be negative", argument, "write 0 or more")

@@ -25,28 +25,18 @@ _NESTING = ("(", "[", "{", *_PREFIXES)
 
 
 def nesting_error(fragment: Fragment, offset: int) -> DiagnosticError:
-    return DiagnosticError(
-        Diagnostic(
-            "E107",
-            f"nested more than {MAX_NESTING} deep",
-            fragment.span(offset, offset + 1),
-            hint="split it: give parts of it a variable or a state of their own",
-        )
-    )
+    hint = "split it: give parts of it a variable or a state of their own"
+    message, place = f"nested more than {MAX_NESTING} deep", fragment.span(offset, offset + 1)
+    return DiagnosticError(Diagnostic("E107", message, place, hint=hint))
 
 
 def check_limits(fragment: Fragment) -> None:
     """Raise DiagnosticError when the text is too long or nested too deeply; one pass, linear in the text."""
     text = fragment.text
     if len(text) > MAX_LENGTH:
-        raise DiagnosticError(
-            Diagnostic(
-                "E108",
-                f"the text has {len(text):,} characters, more than {MAX_LENGTH:,}",
-                fragment.span(0, 1),
-                hint="split it into several guards, actions or states",
-            )
-        )
+        message = f"the text has {len(text):,} characters, more than {MAX_LENGTH:,}"
+        hint = "split it into several guards, actions or states"
+        raise DiagnosticError(Diagnostic("E108", message, fragment.span(0, 1), hint=hint))
     if sum(map(text.count, _NESTING)) <= MAX_NESTING:
         return
     depth = prefixes = 0

@@ -301,12 +301,8 @@ class ActionChecker(ExpressionChecker):
             return range(kind.low, kind.high + 1)
         if isinstance(kind, DecimalType) and kind.low is not None and kind.high is not None:
             return range(kind.low, kind.high + 1)
-        raise self.fail(
-            "E155",
-            f"`choose` cannot choose from all values of `{kind}`",
-            node,
-            "write a range, such as `choose(0..100)`",
-        )
+        message = f"`choose` cannot choose from all values of `{kind}`"
+        raise self.fail("E155", message, node, "write a range, such as `choose(0..100)`")
 
     def _choice(self, node: syntax.Choice) -> typed.IfElse:
         try:

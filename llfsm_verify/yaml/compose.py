@@ -108,11 +108,8 @@ class _Composer:
     def node(self, event: yaml.Event, depth: int) -> YamlNode:
         span = self.span(event)
         if depth > nodes.MAX_DEPTH:
-            raise self.fail(
-                "E012",
-                f"values are nested more than {nodes.MAX_DEPTH} deep",
-                Span(self.source, span.start, span.start + 1),
-            )
+            place = Span(self.source, span.start, span.start + 1)
+            raise self.fail("E012", f"values are nested more than {nodes.MAX_DEPTH} deep", place)
         if isinstance(event, yaml.AliasEvent):
             return self.alias(event, span)
         self.count(1, span)

@@ -118,12 +118,8 @@ class Report:
         if scalar is None:
             return default
         if scalar.text not in options:
-            self.error(
-                "E035",
-                f"{what} cannot be `{scalar.text[:60]}`",
-                scalar.span,
-                f"write {' or '.join(f'`{o}`' for o in options)}",
-            )
+            hint = f"write {' or '.join(f'`{o}`' for o in options)}"
+            self.error("E035", f"{what} cannot be `{scalar.text[:60]}`", scalar.span, hint)
             return default
         return scalar.text
 
@@ -149,12 +145,8 @@ class Report:
             self.error("E036", f"`{scalar.text[:60]}` cannot be {what}", scalar.span, _named(scalar.text))
             return None
         if scalar.text in RESERVED:
-            self.error(
-                "E119",
-                f"`{scalar.text}` is a word of the language and cannot be {what}",
-                scalar.span,
-                "choose another name",
-            )
+            message = f"`{scalar.text}` is a word of the language and cannot be {what}"
+            self.error("E119", message, scalar.span, "choose another name")
             return None
         return scalar.text
 
