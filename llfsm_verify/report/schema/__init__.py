@@ -15,9 +15,13 @@ SHARED = ("failure", "diagnostic", "span", "sampled", "change", "cause", "step",
 
 def load(name: str) -> dict[str, object]:
     """The schema called `name` (one of NAMES) as plain dictionaries; KeyError: it has another name."""
-    from llfsm_verify.jsonschemas import loader  # `json`, which `--help` does without
+    import json  # which `--help` does without, like the next
+    from importlib.resources import files
 
-    schema = loader(__name__, *NAMES)(name)
+    if name not in NAMES:
+        raise KeyError(name)
+    text = files(__name__).joinpath(f"{name}.schema.json").read_text(encoding="utf-8")
+    schema = cast(dict[str, object], json.loads(text))
     if name in OF_RESULT:
         shared = cast(dict[str, object], load("result")["$defs"])
         own = cast(dict[str, object], schema["$defs"])
