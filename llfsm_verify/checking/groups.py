@@ -4,15 +4,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import compress
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.language import types as lt
 from llfsm_verify.language.trees import nodes
-from llfsm_verify.language.typed import Edge, Expression, Observe, Read, Sampled, Sampling
+from llfsm_verify.language.typed import Edge, Expression, Observe, Read, Sampled
 from llfsm_verify.logic.bounds import TICK
 from llfsm_verify.logic.properties import Property
 from llfsm_verify.program.program import Int
@@ -38,47 +37,50 @@ def groups_of(problem: Problem, most: int = MOST) -> tuple[Group, ...]:
     """The groups of a problem, those that need least first; one, with the problem as it is, where all its atoms need no
     more than `most` bits together.
 
-    First-fit decreasing (D. Johnson, Near-optimal bin packing algorithms, 1973). A property then goes to the group that
-    needs least among those that have what it needs; to one that needs more than `most` bits only if it does so itself.
+    The properties that need most come first (as in first-fit decreasing: D. Johnson, Near-optimal bin packing
+    algorithms, 1973), and each goes where it costs least. A group of n properties that needs b bits costs 2^b for its
+    exploration, half of that for the search of each property, and about twice 2^most to be lowered and compiled.
     """
     needs = {a.name: dict(_needs(problem.arrangement, a.expression)) for a in problem.atoms}
     weight = {name: bits for of_atom in needs.values() for name, bits in of_atom.items()}
 
-    def wanted(lines: Iterable[Property]) -> frozenset[str]:
-        return frozenset(name for line in lines for atom in line.atoms for name in needs[atom])
+    def wanted(line: Property) -> frozenset[str]:
+        return frozenset(name for atom in line.atoms for name in needs[atom])
 
     def bits(names: frozenset[str]) -> int:
         return sum(weight[name] for name in names)
 
-    def suits(mine: frozenset[str], group: frozenset[str]) -> bool:
-        return mine <= group and (bits(group) <= most or bits(mine) > most)
+    def cost(names: frozenset[str], count: int) -> int:
+        return (2 + count) << bits(names)
 
-    assumed = wanted(problem.assumptions)
+    assumed = frozenset[str]().union(*map(wanted, problem.assumptions))
     if bits(frozenset(weight) - assumed) <= most:
         return (Group(problem, tuple(n for n in weight if n not in assumed)),)
-    own = [wanted((line,)) - assumed for line in problem.properties] or [frozenset()]
-    made: list[frozenset[str]] = []
-    for mine in sorted(own, key=lambda mine: -bits(mine)):
-        if not any(suits(mine, group) for group in made):
-            place = next((i for i, group in enumerate(made) if bits(group | mine) <= most), len(made))
-            made[place : place + 1] = [mine.union(*made[place : place + 1])]
-    made.sort(key=bits)
-    chosen = [next(group for group in made if suits(mine, group)) for mine in own]
-    used = [group for group in made if any(group is each for each in chosen)]
-    return tuple(_group(problem, [each is group for each in chosen], weight, group) for group in used)
+    made: list[tuple[frozenset[str], list[Property]]] = []
+    own = [(wanted(line) - assumed, line) for line in problem.properties]
+    for mine, line in sorted(own, key=lambda each: -bits(each[0])):
+        prices = [cost(names | mine, len(lines) + 1) - cost(names, len(lines)) for names, lines in made]
+        price = min(prices, default=None)
+        if price is None or price > (4 << most) - 4 + cost(mine, 1):
+            made.append((mine, [line]))
+        else:
+            names, lines = made[prices.index(price)]
+            made[prices.index(price)] = names | mine, [*lines, line]
+    made = sorted(made, key=lambda each: bits(each[0])) or [(assumed, [])]
+    return tuple(_group(problem, lines, [name for name in weight if name in names]) for names, lines in made)
 
 
-def _group(problem: Problem, mine: Sequence[bool], weight: Iterable[str], needs: frozenset[str]) -> Group:
-    """The properties that are `mine`, with the atoms that they and the assumptions name."""
-    lines = tuple(compress(problem.properties, mine))
+def _group(problem: Problem, lines: Sequence[Property], needs: Sequence[str]) -> Group:
+    """These properties, in their order, with the atoms that they and the assumptions name."""
     named = {TICK, *(atom for line in (*lines, *problem.assumptions) for atom in line.atoms)}
+    lines = tuple(line for line in problem.properties if line in lines)
     part = replace(problem, properties=lines, atoms=tuple(a for a in problem.atoms if a.name in named))
-    return Group(part, tuple(name for name in weight if name in needs))
+    return Group(part, tuple(needs))
 
 
 def _needs(arrangement: Arrangement, e: Expression | TimePasses) -> Iterator[tuple[str, int]]:
     """What an atom needs: inputs, whose values letters try, or which are stored as long as a letter may see them, and
-    what is stored for it alone."""
+    what is stored for it alone. What a step did (``m.ran``, ``m.read(x)``) hardly makes more of what it leads to."""
     inputs = {w.variable.name for w in arrangement.whiteboard if w.role == "input" and w.changes != "never"}
     for node in nodes(e):
         match node:
@@ -92,10 +94,6 @@ def _needs(arrangement: Arrangement, e: Expression | TimePasses) -> Iterator[tup
                 yield " ".join(span.text.split()), sum(_bits(kind) for _, kind in element_names("", operand.type))
             case Observe("entered" | "finished", machine):
                 yield f"{machine}.{node.kind}", 1
-            case Observe("ran" | "fired", machine) if arrangement.observe == "cycle":
-                yield f"{machine}.{node.kind}{'' if node.state < 0 else f' {node.state}.{node.transition}'}", 1
-            case Sampling(machine, variable) if arrangement.observe == "cycle":
-                yield f"{machine}.read {variable.name}", 1
 
 
 def _scalars(read: Read, prefix: str) -> Iterator[tuple[str, int]]:
