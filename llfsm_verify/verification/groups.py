@@ -35,11 +35,12 @@ def check(name: str, start: Start, problem: Problem, options: Options, most: int
     groups = groups_of(problem, most)
     if len(groups) == 1 or ENGINES.sole(options.own) is not None:
         return harness.check(name, start, problem, options)
-    goals_of(problem)
-    with suppress(LimitReached), Budget(options.limits):
-        for group in groups:  # what is wrong with an atom is said before anything is searched
+    rounds = _Rounds(name, start, problem, options)
+    with suppress(LimitReached), Budget(options.limits):  # what is wrong is said before anything is searched
+        goals_of(problem)
+        for group in groups:
             group.problem.program(keep_all_bits=options.keep_all_bits)
-    return _Rounds(name, start, problem, options).result(groups)
+    return rounds.result(groups)
 
 
 class _Rounds:

@@ -53,7 +53,7 @@ STOPS = (KeyboardInterrupt, LimitReached, MemoryError)
 
 def check(name: str, start: Start, problem: Problem, options: Options, before: Result | None = None) -> Result:
     """Verdicts for faults and for every property, by the engine `name`. `before`: of other properties of the same
-    arrangement; what it knows of faults, and of an escape from the assumptions, is not looked for again.
+    arrangement; an escape from the assumptions, and faults if all was explored, are not looked for again.
 
     Raises Disagreement when a run fails its confirmation, and what the engine raises in its place; DiagnosticError when
     what the user asked for cannot be done.
@@ -81,7 +81,8 @@ class _Check:
         self._why: str | None = None
         """What ended the search before its end."""
         self._interrupted = False
-        self._known_faults = None if before is None or before.faults.verdict is Verdict.UNKNOWN else before.faults
+        known = before is not None and before.complete and before.faults.verdict is not Verdict.UNKNOWN
+        self._known_faults = before.faults if before is not None and known else None
         self._escape = Escape(None if before is None else before.escape)
         self._early: dict[str, ReplayedRun] = {}
         """Violations that were confirmed while the search went on, by property."""

@@ -126,6 +126,12 @@ class MergingGroups(Merging):
     """The results of one engine for groups of properties as one, which looks as if they were searched together. Of what
     is searched again the last result counts."""
 
+    def add(self, engine: str, result: Result) -> None:
+        """What the engine says of a group, and of faults, of which the search that came farthest knows most."""
+        super().add(engine, result)
+        if self._faults is None or len(result.faults.findings) > len(self._faults.findings):
+            self._faults = result.faults
+
     def result(self, engine: str, seconds: float) -> Result:
         """All of it. The counts are those of the largest group that was explored to its end, if any was."""
         last = {p.name: r for r in self._results for p in r.properties}

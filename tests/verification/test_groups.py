@@ -177,6 +177,16 @@ def test_what_the_first_round_leaves_open_is_searched_again_by_needs_alone(monke
 
 
 @pytest.mark.slow
+def test_faults_of_the_search_that_came_farthest_are_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(groups, "STATES", 300)
+    text = chain(4, 20).replace("n = min(n + 1, 20)", "n = n + 1").replace("run = false;", "run = false; n = n - 1;", 1)
+    given = bind(load_arrangement_text(text, "chain.yaml"), lines_of(lines(4)))
+    whole = harness.check("explicit", ExplicitSession, given, Options())
+    assert len(whole.faults.findings) == 2
+    assert [f.site for f in check(given).faults.findings] == [f.site for f in whole.faults.findings]
+
+
+@pytest.mark.slow
 def test_ctrl_c_in_one_group_keeps_what_others_have_said() -> None:
     given = problem(4)
 
