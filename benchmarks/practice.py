@@ -33,6 +33,8 @@ TOOLS = (ours.NAME, spin.NAME, "NuSMV")
 HEADINGS = ["CPU/wall", "ours", "SPIN", "NuSMV"]
 MEGABYTES = 8_000
 """What SPIN's verifier may take."""
+LONG = 10.0
+"""Seconds of processor time."""
 SPECIFICATION = re.compile(r"^(LTL|INVAR)SPEC NAME (\w+) :=", re.MULTILINE)
 ANSWER = re.compile(r"^-- (specification|invariant) .* is (true|false)$", re.MULTILINE)
 
@@ -169,14 +171,14 @@ def missing(tool: str) -> bool:
 
 
 def measure(row: Row, runs: int) -> dict[str, Answer]:
-    """Medians of the tools that are installed, which take turns; one that gave no answer is not asked again.
+    """Medians of the tools that are installed, which take turns; what took LONG, or gave no answer, is not asked again.
 
     Raises ChildFailed and Wrong.
     """
     found: dict[str, list[Answer]] = {tool: [] for tool in TOOLS if not missing(tool)}
     for _ in range(runs):
         for tool, answers in found.items():
-            if not answers or not answers[-1].failed:
+            if not answers or (not answers[-1].failed and answers[-1].cpu < LONG):
                 with tempfile.TemporaryDirectory() as name:
                     try:
                         answers.append(ASK[tool](row, Path(name)))
