@@ -56,9 +56,10 @@ class Claim:
 
 
 def claim_of(line: Property, clock: Clock | None) -> Claim:
-    """What an `assume` line or a formula claims."""
+    """What an `assume` line or a formula claims, with its edges as searches read them."""
     assert line.formula is not None, "only formulas are assumed"
-    return Claim(line.formula, clock)
+    edges = line.edges
+    return Claim(f.mapped(line.formula, lambda node, _: edges.get(node.key)) if edges else line.formula, clock)
 
 
 def add_premises(program: Program) -> list[Claim]:

@@ -41,11 +41,11 @@ def groups_of(problem: Problem, most: int = MOST) -> tuple[Group, ...]:
     algorithms, 1973), and each goes where it costs least. A group of n properties that needs b bits costs 2^b for its
     exploration, half of that for the search of each property, and about twice 2^most to be lowered and compiled.
     """
-    needs = {a.name: dict(_needs(problem.arrangement, a.expression)) for a in problem.atoms}
+    needs = {a.name: dict(_needs(problem.arrangement, a.expression)) for a in problem.searched}
     weight = {name: bits for of_atom in needs.values() for name, bits in of_atom.items()}
 
     def wanted(line: Property) -> frozenset[str]:
-        return frozenset(name for atom in line.atoms for name in needs[atom])
+        return frozenset(name for atom in line.searched for name in needs[atom])
 
     def bits(names: frozenset[str]) -> int:
         return sum(weight[name] for name in names)
@@ -72,7 +72,7 @@ def groups_of(problem: Problem, most: int = MOST) -> tuple[Group, ...]:
 
 def _group(problem: Problem, lines: Sequence[Property], needs: Sequence[str]) -> Group:
     """These properties, in their order, with the atoms that they and the assumptions name."""
-    named = {TICK, *(atom for line in (*lines, *problem.assumptions) for atom in line.atoms)}
+    named = {TICK, *(atom for line in (*lines, *problem.assumptions) for atom in (*line.atoms, *line.searched))}
     lines = tuple(line for line in problem.properties if line in lines)
     part = replace(problem, properties=lines, atoms=tuple(a for a in problem.atoms if a.name in named))
     return Group(part, tuple(needs))

@@ -53,10 +53,10 @@ class Programs:
         return self._made[key]
 
     def forgetting(self, arrangement: Arrangement, atoms: tuple[Observed, ...]) -> Forgetting:
-        """The program with these atoms, without what nobody sees."""
+        """The program with these atoms, without what nothing sees."""
         if atoms not in self._forgetting:
             program = self.of(arrangement, atoms, keep_all_bits=False)
-            with stage("forgetting what nobody sees"):
+            with stage("forgetting what nothing sees"):
                 found = self._forgetting[atoms] = forgetting(program) if self._forget else Forgetting(program)
             if self._forget and program.kept_as is not None:  # its machine code is kept as well
                 object.__setattr__(found.program, "kept_as", f"{program.kept_as} forgetting")
@@ -82,18 +82,29 @@ class Problem:
     automata: Mapping[str, Automaton] = field(default_factory=lambda: MappingProxyType({}))
     clock: Clock | None = None
     programs: Programs = field(default_factory=Programs, compare=False, repr=False)
+    shown: frozenset[str] = frozenset()
+    """The atoms that only performed runs have (`checking.edges`)."""
+
+    @property
+    def searched(self) -> tuple[Observed, ...]:
+        """The atoms that searches have."""
+        return tuple(a for a in self.atoms if a.name not in self.shown)
 
     def program(self, *, keep_all_bits: bool = False, forget: bool = True) -> Program:
-        """The step program with the atoms as outputs, lowered once. `keep_all_bits`: as traces are performed on it.
-        `forget` False: with what nobody sees, as other checkers get it."""
+        """The step program of searches, with its atoms as outputs, lowered once. `forget` False: with what nothing
+        sees, as other checkers get it."""
         if forget and not keep_all_bits:
             return self.forgetting.program
-        return self.programs.of(self.arrangement, self.atoms, keep_all_bits=keep_all_bits)
+        return self.programs.of(self.arrangement, self.searched, keep_all_bits=keep_all_bits)
+
+    def performed(self) -> Program:
+        """The step program on which runs are performed: with all bits kept, and with all atoms."""
+        return self.programs.of(self.arrangement, self.atoms, keep_all_bits=True)
 
     @property
     def forgetting(self) -> Forgetting:
         """How runs of the program that engines search are those of the one with all bits."""
-        return self.programs.forgetting(self.arrangement, self.atoms)
+        return self.programs.forgetting(self.arrangement, self.searched)
 
 
 def bind(arrangement: Arrangement, properties: PropertySet, *, stamped: bool = False) -> Problem:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Final, Literal
@@ -12,7 +12,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Sour
 from llfsm_verify.fileformat import judge_format
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import TimeBound, without_steps
-from llfsm_verify.logic.formula import BINDING, PAST, TIMED, Formula, operators, to_text
+from llfsm_verify.logic.formula import BINDING, PAST, TIMED, Formula, atoms, operators, to_text
 from llfsm_verify.logic.initial import forgotten
 from llfsm_verify.logic.lines import Kind, Line, logical_lines, read_line
 from llfsm_verify.logic.parsing.bounds import time_bounds
@@ -61,6 +61,14 @@ class Property:
     """The places of its bounds in time, and these."""
     doubt: Diagnostic | None = None
     """The warning (W302) that it, or a part of it, speaks of the initial configuration only."""
+    edges: Mapping[str, Formula] = field(default_factory=dict)
+    """What searches read in the place of atoms (`checking.edges`)."""
+
+    @property
+    def searched(self) -> Iterable[str]:
+        """The keys of the atoms that searches read."""
+        edges = {} if self.formula is None else self.edges
+        return (key for own in self.atoms for key in (atoms(edges[own]) if own in edges else (own,)))
 
 
 @dataclass(frozen=True, slots=True)

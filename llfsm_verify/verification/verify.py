@@ -10,6 +10,7 @@ from typing import Any, cast
 from llfsm_verify.arrangement.ending import ending_notes
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.doubts import doubts
+from llfsm_verify.checking.edges import with_edges_as_past
 from llfsm_verify.checking.engine import Start
 from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.verdict import NO_RUN, EarlyVerdict, Options, PropertyResult, Result, VacuityFinding, Verdict
@@ -46,7 +47,7 @@ def verify(
     Raises DiagnosticError when a property does not fit the arrangement, ValueError for an unknown engine (naming those
     there are), Disagreement when a check of a result fails, and what the functions in the options raise.
     """
-    problem, options = bind(arrangement, properties), options or Options()
+    problem, options = with_edges_as_past(bind(arrangement, properties)), options or Options()
     doubted = {line.name for line in problem.properties if line.doubt is not None} if options.strict else set[str]()
     options = _telling_once(options, doubted - options.accepted)
     calls = {name: getattr(options, name) for name in ("progress", "decided", "tell")}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 from pathlib import Path
 
@@ -469,9 +470,12 @@ def agree_at_random(problem: tuple[Arrangement, str, str]) -> None:
         )
         assert chained.properties[0].verdict is Verdict.HOLDS
     elif timed.trace is not None and written.trace is not None:
-        assert (timed.trace.loop is None) == (written.trace.loop is None)
-        if timed.trace.loop is None:
-            assert len(timed.trace.steps) == len(written.trace.steps)
+        if not re.search(
+            "rose|fell|changed", short
+        ):  # an edge that comes twice in a row is a bad prefix when it is seen
+            assert (timed.trace.loop is None) == (written.trace.loop is None)
+            if timed.trace.loop is None:
+                assert len(timed.trace.steps) == len(written.trace.steps)
         chained = checked(
             arrangement, f"short: {short}", Options(LIMITS, own=(ExplicitOptions(cone="on", compression="on"),))
         )

@@ -11,7 +11,7 @@ from fractions import Fraction
 from llfsm_verify.analysis.explanation.causes import Pair, Reading, causes, changes, possible
 from llfsm_verify.analysis.explanation.sentences import Sentences
 from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
+from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at, shown_atoms
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Letter, ReplayedRun
 from llfsm_verify.checking.trace import Cause, Trace, letter_steps
@@ -118,7 +118,7 @@ def _explanation(
     monitor = goal.monitor()
     last = len(letters) - 1
     keys = changes(monitor, goal.atoms, letters) if monitor is not None else frozenset[str]()
-    pairs = frozenset((last, key) for key in keys)
+    pairs = frozenset((last, key) for key in keys & set(shown_atoms(goal.line)))
     kind, expression = goal.line.kind, goal.line.expression
     if expression is not None and kind in ("enforce", "forbid", "forbid initially"):
         from llfsm_verify.analysis.explanation.sentences import regular_reason
@@ -133,7 +133,7 @@ def _explanation(
 
 def _mending(goal: Goal, letters: Sequence[Letter], loop: int) -> frozenset[Pair]:
     """The values whose change alone makes a run have the property; none are looked for in longer runs."""
-    keys = [key for key in goal.atoms if not key.startswith(HIDDEN)]
+    keys = shown_atoms(goal.line)
     if len(letters) * len(keys) > MOST_TRIED:
         return frozenset()
     found: set[Pair] = set()

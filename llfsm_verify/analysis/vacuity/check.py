@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal, cast
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.ltl.satisfiability import contradict, forbids, is_satisfiable, is_valid
 from llfsm_verify.checking.engine import Explored
-from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
+from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, shown_atoms
 from llfsm_verify.checking.goals.kinds import FormulaGoal
 from llfsm_verify.checking.problem import Problem, are_about_world
 from llfsm_verify.checking.replay.replayer import Replayer
@@ -30,8 +30,18 @@ from llfsm_verify.checking.verdict import (
     Verdict,
 )
 from llfsm_verify.limits import Budget, LimitReached
-from llfsm_verify.logic.bounds import HIDDEN
-from llfsm_verify.logic.formula import EXPRESSIONS, FALSE, TRUE, Formula, apply, is_boolean, negation, to_text
+from llfsm_verify.logic.formula import (
+    EXPRESSIONS,
+    FALSE,
+    TRUE,
+    Formula,
+    apply,
+    atom,
+    atoms,
+    is_boolean,
+    negation,
+    to_text,
+)
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import Property
 from llfsm_verify.logic.regular import ExpressionTooLarge
@@ -58,15 +68,18 @@ class Letters:
         """By the keys of the atoms that hold."""
         return [frozenset(name for name, i in self._bits.items() if mask >> i & 1) for mask in self._masks]
 
+    def __contains__(self, key: str) -> bool:
+        return key in self._bits
+
     def never(self, keys: Iterable[str]) -> tuple[str, ...]:
         """The atoms that no letter shows."""
         shown = reduce(or_, self._masks, 0)
-        return tuple(k for k in keys if not k.startswith(HIDDEN) and not shown >> self._bits[k] & 1)
+        return tuple(k for k in keys if k in self._bits and not shown >> self._bits[k] & 1)
 
     def always(self, keys: Iterable[str]) -> tuple[str, ...]:
         """The atoms that every letter shows."""
         shown = reduce(and_, self._masks, -1 if self._masks else 0)
-        return tuple(k for k in keys if not k.startswith(HIDDEN) and shown >> self._bits[k] & 1)
+        return tuple(k for k in keys if k in self._bits and shown >> self._bits[k] & 1)
 
     def unmatched(self, formulas: Sequence[Formula]) -> list[Formula]:
         """The state formulas that no letter satisfies."""
@@ -75,7 +88,7 @@ class Letters:
     def decide(self, formula: Formula) -> bool | None:
         """Whether `G f`, or a conjunction of such, with state formulas f holds without assumptions; None: this is not
         told by letters alone, or there are too many of them."""
-        if len(self._masks) > MOST_LETTERS:
+        if len(self._masks) > MOST_LETTERS or not self._bits.keys() >= set(atoms(formula)):
             return None
         if formula.op == "and":
             answers = [self.decide(part) for part in formula.args]
@@ -263,7 +276,7 @@ class Examination:
             return Vacuity(tuple(self._unsatisfiable(goal)))
         if result.verdict is not Verdict.HOLDS:
             return Vacuity()
-        keys = goal.atoms
+        keys = shown_atoms(goal.line)
         never, always = self._letters.never(keys), self._letters.always(keys)
         found: list[VacuityFinding] = []
         looked: Looked = self._wish.extent
@@ -274,6 +287,7 @@ class Examination:
             found.append(escape_finding(self._problem, self._escape.trace))
         try:
             self._budget.check()
+            never = tuple(sorted((*never, *self._edges_that_never_hold(goal.line))))
             found.extend(self._findings(goal, never))
         except LIMITS as limit:
             looked, reason = "no", f"not checked for vacuity: {str(limit) or 'the memory ran out'}"
@@ -309,6 +323,12 @@ class Examination:
             return known
         stronger = stronger_line(line, formula, line.name)
         return not self._explored.violates(FormulaGoal(stronger, self._problem.clock))
+
+    def _edges_that_never_hold(self, line: Property) -> Iterator[str]:
+        """Those that letters do not show. Assumptions would leave out configurations that are reached."""
+        for key in () if self._problem.assumptions else shown_atoms(line):
+            if key not in self._letters and self._holds(line, apply("G", negation(atom(key)))):
+                yield key
 
     def _constant(self, formula: Formula, never: Sequence[str]) -> Iterator[VacuityFinding]:
         """Atoms that never hold, though the formula does not say so."""

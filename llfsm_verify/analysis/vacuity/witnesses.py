@@ -13,7 +13,7 @@ from dataclasses import replace
 from llfsm_verify.analysis.vacuity.check import Letters
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.engine import Explored
-from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
+from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at, shown_atoms
 from llfsm_verify.checking.goals.kinds import FormulaGoal
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import ReplayedRun
@@ -63,7 +63,7 @@ class Witnesses:
             other = FormulaGoal(stronger, self._problem.clock)
             run = self._explored.find(other)
             if run is not None:
-                replayed = self._replayer.violation(other, run, goal.atoms)
+                replayed = self._replayer.violation(other, run, shown_atoms(goal.line))
                 _confirm(replayed, goal)
                 trace = replace(replayed.trace, witness=True)
                 if trace.steps:

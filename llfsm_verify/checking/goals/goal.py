@@ -9,6 +9,7 @@ from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.safety import PrefixMonitor, never_bad
 from llfsm_verify.checking.replay.confirm import Letter, ReplayedRun
+from llfsm_verify.logic.formula import atoms
 from llfsm_verify.logic.properties import Property
 
 
@@ -58,6 +59,11 @@ class Goal(Protocol):
     def violated_by(self, stem: Sequence[Letter], loop: Sequence[Letter]) -> bool:
         """Whether the run `stem` `loop` `loop` … violates it, by the definition. Unconfirmed: that is not known."""
         ...
+
+
+def shown_atoms(line: Property) -> tuple[str, ...]:
+    """The keys of the atoms that a line has for its user, in order."""
+    return tuple(sorted(line.atoms if line.formula is None else atoms(line.formula)))
 
 
 def mask(letter: Letter, keys: Sequence[str]) -> int:

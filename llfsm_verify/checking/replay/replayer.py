@@ -15,7 +15,7 @@ from functools import cached_property
 from llfsm_verify.backends.native.code import OVERFLOW
 from llfsm_verify.checking.claims import claim_of
 from llfsm_verify.checking.engine import Violated
-from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
+from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, shown_atoms
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import (
     Letter,
@@ -32,7 +32,6 @@ from llfsm_verify.checking.replay.overflow import overflow_text
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Disagreement
 from llfsm_verify.limits import LimitReached
-from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.regular import ExpressionTooLarge
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
@@ -48,11 +47,12 @@ class Replayer:
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
         self._assumed = [claim_of(p, problem.clock) for p in problem.assumptions]
+        self._about_assumptions = sorted({key for p in problem.assumptions for key in shown_atoms(p)})
 
     @cached_property
     def execution(self) -> Execution:
         """With all bits kept: what is shown is what happens."""
-        return Execution(self._problem.program(keep_all_bits=True))
+        return Execution(self._problem.performed())
 
     @stage("performing runs again")
     def violation(self, goal: Goal, run: Violated, beside: Sequence[str] = ()) -> ReplayedRun:
@@ -63,8 +63,7 @@ class Replayer:
         may be.
         """
         what = f"property {goal.line.name}"
-        read = {*goal.atoms, *beside, *(name for claim in self._assumed for name in claim.atoms)}
-        shown = sorted(name for name in read if not name.startswith(HIDDEN))
+        shown = sorted({*shown_atoms(goal.line), *beside, *self._about_assumptions})
         replayed = self._performed(run, what, shown)
         try:
             if run.schedule.loop is None:
@@ -91,10 +90,9 @@ class Replayer:
         Unconfirmed: the executor's 64 bits meet their limit.
         """
         read = frozenset(name for claim in self._assumed for name in claim.atoms)
-        shown = sorted(name for name in read if not name.startswith(HIDDEN))
 
         def performed(changed: Violated) -> tuple[ReplayedRun, bytes]:
-            replayed = self._performed(changed, "a run that escapes the assumptions", shown)
+            replayed = self._performed(changed, "a run that escapes the assumptions", self._about_assumptions)
             return replayed, end_of(self.execution, self._whole(changed.schedule))
 
         def like_it(changed: Violated) -> ReplayedRun:
@@ -136,7 +134,7 @@ class Replayer:
         schedule = self._whole(run.schedule)
         replayed = self.perform(schedule, first, what, shown)
         for i, letter in enumerate(run.letters or (), 1):
-            if i >= len(replayed.letters) or replayed.letters[i] != letter:
+            if i >= len(replayed.letters) or replayed.letters[i] - self._problem.shown != letter:
                 raise Disagreement(f"{what}: the executor shows another letter than the search after step {i}")
         if replayed.status == OVERFLOW:  # numbers have no end for engines that calculate with mathematical integers
             raise Unconfirmed(overflow_text(self._problem.arrangement, self.execution.program, schedule))

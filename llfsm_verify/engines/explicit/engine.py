@@ -368,4 +368,4 @@ class ExplicitSession(Session):
             run = self._running.schedules.of_fault(OVERFLOW - 1, graph.path_to(graph.overflow))
         except NoWitness:  # the step is in the middle of a chain
             return graph.unfinished or ""
-        return overflow_text(self._problem.arrangement, self._problem.program(keep_all_bits=True), run.schedule)
+        return overflow_text(self._problem.arrangement, self._problem.performed(), run.schedule)

@@ -99,6 +99,7 @@ def check_invariants(options: Namespace, arrangement: Arrangement, properties: P
 
     The exit code: 0 everything is proved, 1 a proof is rejected, 4 something is not proved, 130 interrupted.
     """
+    from llfsm_verify.checking.edges import with_edges_as_past
     from llfsm_verify.checking.problem import bind
     from llfsm_verify.engines.inductive.recheck import Rechecking, read_saved
     from llfsm_verify.limits import Budget, LimitReached
@@ -109,7 +110,7 @@ def check_invariants(options: Namespace, arrangement: Arrangement, properties: P
         of = f"the arrangement {saved.arrangement}, and this is {arrangement.name}"
         tell(without_controls(f"note: {file} was saved for {of}"))
     budget = Budget(limits)
-    checking = Rechecking(bind(arrangement, properties), budget)
+    checking = Rechecking(with_edges_as_past(bind(arrangement, properties)), budget)
     code, output = 0, Output()
     try:
         with budget:
