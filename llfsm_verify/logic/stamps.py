@@ -8,13 +8,14 @@ Bacchus and Kabanza, Planning for temporally extended goals, Annals of Mathemati
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
 from llfsm_verify.logic import formula as f
-from llfsm_verify.logic.bounds import HIDDEN, rebuilt, time_bound, without_steps
+from llfsm_verify.logic.bounds import HIDDEN, rebuilt, step_bound, time_bound, without_steps
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, postorder, size
 from llfsm_verify.logic.progression import MAX_SIZE, progressed
 from llfsm_verify.logic.rewriting.normal_form import Negations, both, either, rewritten, temporal
@@ -22,6 +23,8 @@ from llfsm_verify.logic.word import CONNECTIVES, Letter, holds_in
 
 REACHING: frozenset[Op] = frozenset({"F<=", "U<="})
 """False where their window ends without what they wait for; the others are true there."""
+MOST_MET = 1 << 20
+"""Letters that are kept for one bounded past operator."""
 
 
 class Unstamped(Exception):
@@ -47,6 +50,9 @@ class Stamped:
         self._atoms = f.atoms(formula)
         self._names = {node: names[node].key for node in self._past}
         self._before: dict[Formula, bool] = {}
+        self._met: dict[Formula, deque[Fraction | int]] = {n: deque() for n in self._past if n.op in f.BOUNDED_PAST}
+        """Where the goals were, since what has to be kept failed, that bounds of the past may yet come to."""
+        self._count = 0
         self.rest = rewritten(done[formula], False, _NORMAL)[done[formula], False]
         self.deadline: Fraction | None = None
         """The end of the window by which it was decided, if it was by one."""
@@ -60,14 +66,15 @@ class Stamped:
                 self.deadline = end
                 return self.rest is TRUE
         true = (key for key in self._atoms if holds_in(key, letter))
-        self.rest = _progress(self.rest, frozenset(true) | self._past_of(letter), stamp)
+        self.rest = _progress(self.rest, frozenset(true) | self._past_of(letter, stamp), stamp)
         if size(self.rest) > MAX_SIZE:
             raise Unstamped(f"more than {MAX_SIZE:,} obligations are open at once")
         return None if self.rest not in (TRUE, FALSE) else self.rest is TRUE
 
-    def _past_of(self, letter: Letter) -> frozenset[str]:
+    def _past_of(self, letter: Letter, stamp: Fraction) -> frozenset[str]:
         """The atoms that stand for past operators which hold now."""
         now: dict[Formula, bool] = {}
+        self._count += 1
         for node in self._now:
             args = [now[a] for a in node.args]
             match node.op:
@@ -83,10 +90,28 @@ class Stamped:
                 case "H" | "T":
                     freed = len(args) == 2 and args[0]
                     now[node] = args[-1] and (freed or self._before.get(node, True))
+                case op if op in f.BOUNDED_PAST:
+                    now[node] = self._within(node, args, stamp if op in f.TIMED else self._count)
                 case _:
                     now[node] = CONNECTIVES[node.op](args)
         self._before = now
         return frozenset(key for node, key in self._names.items() if now[node])
+
+    def _within(self, node: Formula, args: list[bool], here: Fraction | int) -> bool:
+        """`keep S goal` with a bound, at this stamp or number of a letter; `O` keeps nothing, `H` and `T` are duals."""
+        met, dual = self._met[node], node.op[0] in "HT"
+        least, most = time_bound(node.key) if node.op in f.TIMED else step_bound(node)
+        if len(args) == 2 and args[0] == dual:
+            met.clear()
+        if args[-1] != dual and not (most is None and met):  # without an end the first one is enough
+            if not least:  # the last one is enough
+                met.clear()
+            met.append(here)
+        while most is not None and met and met[0] < here - most:
+            met.popleft()
+        if len(met) > MOST_MET:
+            raise Unstamped(f"more than {MOST_MET:,} rows lie in the window of a past operator")
+        return bool(met and met[0] <= here - least) != dual
 
 
 _NORMAL = Negations(

@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from llfsm_verify.logic.formula import FALSE, TIMED, TRUE, Formula, apply, atom, operators, postorder
+from llfsm_verify.logic.formula import FALSE, PAST, TIMED, TRUE, Formula, apply, atom, operators, postorder
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.stamps import Stamped, Unstamped
 
@@ -31,7 +31,14 @@ def formula(random: Random, depth: int, *, future: bool = True) -> Formula:
         return apply("not", part())
     if kind == "past":
         op = random.choice(["Y", "Z", "O", "H", "S", "T"])
-        return apply(op, *(part(later=False) for _ in range(2 if op in "ST" else 1)))
+        parts = [part(later=False) for _ in range(2 if op in "ST" else 1)]
+        if op in "YZ" or random.random() < 0.3:
+            return apply(op, *parts)
+        least = random.choice([0, 0, 1, 2])
+        if random.random() < 0.3:
+            return apply(f"{op}[]", *parts, bound=f"{least}:{least + random.randrange(4)}")
+        most = "" if least and random.random() < 0.2 else str(least + random.choice([0, 1, 3.5, 6]))
+        return apply(f"{op}<=", *parts, bound=f"{least}:{most}")
     if kind == "timed":
         op = random.choice(["F<=", "G<=", "U<=", "R<="])
         least = random.choice([0, 0, 1, 3])
@@ -77,7 +84,7 @@ def agrees(seed: int) -> None:
     truth = meant(asked, letters, stamps, loop)
     assert found is None or found[0] is truth, (asked, letters, stamps, loop)
     open_ended = operators(asked) & {"F", "G", "U", "W", "R", "M"}
-    unbounded = any(node.op in TIMED and node.key.endswith(":") for node in postorder(asked))
+    unbounded = any(node.op in TIMED - PAST and node.key.endswith(":") for node in postorder(asked))
     if not open_ended and not unbounded:
         assert found is not None, (asked, letters, stamps, loop)
 
@@ -116,6 +123,18 @@ def test_windows_that_others_make_superfluous_are_dropped() -> None:
         for at in range(300):
             assert stamped.read(letter, Fraction(at)) is None
         assert len(postorder(stamped.rest)) < 12
+
+
+def test_a_past_operator_keeps_what_its_window_may_still_come_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("llfsm_verify.logic.stamps.MOST_MET", 5)
+    both = frozenset("ab")
+    for bound, far in (("0:1000000", 30), ("2:", 30), ("2:4", 30), ("2:9", 6)):
+        stamped = Stamped(apply("G", apply("implies", apply("not", B), apply("O<=", A, bound=bound))))
+        for at in range(far - 1):
+            assert stamped.read(both, Fraction(at)) is None
+        if far == 6:
+            with pytest.raises(Unstamped, match="more than 5 rows lie in the window"):
+                stamped.read(both, Fraction(far))
 
 
 def test_what_is_not_decided_in_this_way_is_refused() -> None:

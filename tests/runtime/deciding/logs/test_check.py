@@ -232,6 +232,16 @@ def test_without_times_rows_are_cycles_and_bounds_need_their_length(plant: Path)
     assert decided_at(plant, "0 1 2", untimed, "G (x -> F[<=10ms] mode == BUSY)")[0][0] == "undecided"
     (found,) = decided_at(plant, "0 1 2 3", untimed, "G (x -> F[<=10ms] mode == BUSY)")
     assert found[:2] == ("violated", 3)
+    for line, row in (
+        ("G (x -> O[1:3] mode == BUSY)", 2),
+        ("G (mode == BUSY -> O[0:1] x)", 4),
+        ("G (mode == BUSY -> O[0:2] x)", None),
+        ("G (mode == BUSY -> O[<=10ms] x)", 4),
+        ("G (mode == BUSY -> O[<=20ms] x)", None),
+        ("G (H[1:2] x -> x)", 1),
+        ("G (H[10ms:20ms] !x -> x)", 1),
+    ):
+        assert decided_at(plant, "0 1 2 3", untimed, line)[0][:2] == ("violated" if row else "undecided", row), line
     (plant / "plant.yaml").write_text(PLANT.replace("cycle_ms: 10", "timing: untimed"))
     with pytest.raises(DiagnosticError) as error:
         decided_at(plant, "0 1 2", untimed, SOON)
@@ -256,6 +266,8 @@ ASKED = (
     "G (x -> F[<=2s] mode == BUSY)", "F[1s:3s] x", "G[<=4s] !(x && mode == BUSY)", "x U[<=5s] mode == BUSY",
     "mode == IDLE R[<=3s] x", "G (rose(x) -> F[<=1500ms] fell(x))", "F (x && X[2] F[<=500ms] mode == IDLE)",
     "G (changed(mode) -> O x)", "F O F[<=1s] x", "G[>=2s] (x -> Y !x || H x)", "F G[<=2s] x", "G F[<=20ms] x",
+    "G (mode == BUSY -> O[<=2s] x)", "F (H[1s:3s] x && F[<=1s] mode == BUSY)", "G (x S[0:2] mode == BUSY || F[<=1s] x)",
+    "F (x T[500ms:2s] mode == BUSY)", "G (x -> O[1:3] mode == BUSY)", "G H[>=2s] x", "F H[0:2] (x || mode == BUSY)",
 )  # fmt: skip
 
 
