@@ -55,11 +55,17 @@ def read_bound(words: Words, i: int) -> Bound | None:
         raise _no_bound(words, i, last, text)
     found = _time(letter, text) or _steps(letter, text)
     if isinstance(found, str) or found is None:
-        hint = meant(letter, text) or _HINTS.get(letter, _HINT.format(letter))
+        least, colon, most = text.partition(":")
+        turned = isinstance(_time(letter, f"{most}:{least}") or _steps(letter, f"{most}:{least}"), tuple) and colon
+        hint = f"write `{letter}[{most}:{least}]`" if turned else meant(letter, text)
+        hint = hint or _HINTS.get(letter, _HINT.format(letter))
         message = found or f"`[{text[:40]}]` is not a valid bound of `{letter}`"
         if _LONG.search(text):
-            most = MAX_TICKS if letter in _BACK else MAX_STEPS
-            message = f"this number is too large: a bound has at most {most:,} steps, and a time at most 12 digits"
+            back = letter in _BACK
+            limit = MAX_TICKS if back else MAX_STEPS
+            message = f"this number is too large: a bound has at most {limit:,} steps, and a time at most 12 digits"
+            every = f", or `{letter}` without a bound for all letters {'before' if back else 'to come'}"
+            hint = f"write a smaller number{'' if letter == 'X' else every}"
         first = i + 1
         if letter in _BACK and not re.search("[:<>]", text) and milliseconds(text) is None:  # perhaps an index
             hint, first = f'{hint}, or `"{letter}"[{text[:40]}]` for an element of a variable of this name', i

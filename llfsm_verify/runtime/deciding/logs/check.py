@@ -72,7 +72,9 @@ def check_log(
         if mapping.ended and stamp is not None:
             stamps.append(stamp)
     if not count:
-        raise DiagnosticError(Diagnostic(UNREADABLE, "the log has no rows", file=path, hint="name another log"))
+        raise DiagnosticError(
+            Diagnostic(UNREADABLE, "the log has no rows", file=path, hint="name a log with one row at least")
+        )
     if whole and mapping.ended and any(watch.verdict == "undecided" for watch in watches):
         letters = _Letters(of_slots, mapping)
         word = [letters.read(row, path) for row in _rows(path, mapping, form)]  # once more: most logs need no letters

@@ -49,7 +49,8 @@ class Times:
             since = (date if date.tzinfo else date.replace(tzinfo=UTC)) - _BEGINNING
             stamp = Fraction(since // timedelta(microseconds=1), 1_000)
         else:
-            raise self._wrong(row, f"`{text[:40]}` is neither a number nor a date with a time")
+            hint = f"write `{text.replace(',', '.')}`" if NUMBER.match(text.replace(",", ".", 1)) else HINT
+            raise self._wrong(row, f"`{text[:40]}` is neither a number nor a date with a time", hint)
         if self._last is not None and stamp < self._last[0]:
             raise self._wrong(row, f"the time falls from {self._last[1]} to {text}")
         self._last = stamp, text
@@ -61,9 +62,9 @@ class Times:
             return (_BEGINNING + timedelta(microseconds=float(stamp * 1_000))).isoformat()
         return ("-" if stamp < 0 else "") + decimal(abs(stamp) / self._mapping.unit)
 
-    def _wrong(self, row: Row, problem: str) -> DiagnosticError:
+    def _wrong(self, row: Row, problem: str, hint: str = HINT) -> DiagnosticError:
         message = f"{row.place}, column `{self._mapping.time}`: {problem}"
-        return DiagnosticError(Diagnostic(UNREADABLE, message, file=self._path, hint=HINT))
+        return DiagnosticError(Diagnostic(UNREADABLE, message, file=self._path, hint=hint))
 
 
 def is_timed(goal: Goal, assumptions: Sequence[Formula]) -> bool:

@@ -227,6 +227,12 @@ def test_times_have_a_unit_and_none_may_be_missing(plant: Path) -> None:
         decide(plant, "t,fire,alarm\n0,0,0\n,1,0\n", TIMED, SOON)
 
 
+def test_a_decimal_comma_in_a_time_is_told_its_point(plant: Path) -> None:
+    with pytest.raises(DiagnosticError) as error:
+        decide(plant, 't,fire,alarm\n"0,5",0,0\n', TIMED, SOON)
+    assert [d.hint for d in error.value.diagnostics] == ["write `0.5`"]
+
+
 def test_without_times_rows_are_cycles_and_bounds_need_their_length(plant: Path) -> None:
     untimed = TIMED.replace("time: t\n", "")
     assert decided_at(plant, "0 1 2", untimed, "G (x -> F[<=10ms] mode == BUSY)")[0][0] == "undecided"
