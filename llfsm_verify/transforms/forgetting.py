@@ -52,8 +52,8 @@ MOST_NODES = 300
 
 @dataclass(frozen=True, slots=True)
 class Forgetting:
-    """A program without what nothing sees. `late`: the choices of it that are drawn late, and of which process those are
-    that another slot draws than the one that begins the cycle."""
+    """A program without what nothing sees. `late`: the choices of it that are drawn late, and of which process those
+    are that another slot draws than the one that begins the cycle."""
 
     program: Program
     late: frozenset[str] = frozenset()
