@@ -53,10 +53,10 @@ class Programs:
         return self._made[key]
 
     def forgetting(self, arrangement: Arrangement, atoms: tuple[Observed, ...]) -> Forgetting:
-        """The program with these atoms, without what nothing sees."""
+        """The program with these atoms, without dead values."""
         if atoms not in self._forgetting:
             program = self.of(arrangement, atoms, keep_all_bits=False)
-            with stage("forgetting what nothing sees"):
+            with stage("forgetting dead values"):
                 found = self._forgetting[atoms] = forgetting(program) if self._forget else Forgetting(program)
             if self._forget and program.kept_as is not None:  # its machine code is kept as well
                 object.__setattr__(found.program, "kept_as", f"{program.kept_as} forgetting")
@@ -91,8 +91,8 @@ class Problem:
         return tuple(a for a in self.atoms if a.name not in self.shown)
 
     def program(self, *, keep_all_bits: bool = False, forget: bool = True) -> Program:
-        """The step program of searches, with its atoms as outputs, lowered once. `forget` False: with what nothing
-        sees, as other checkers get it."""
+        """The step program of searches, with its atoms as outputs, lowered once. `forget` False: with dead values, as
+        other checkers get it."""
         if forget and not keep_all_bits:
             return self.forgetting.program
         return self.programs.of(self.arrangement, self.searched, keep_all_bits=keep_all_bits)

@@ -52,8 +52,8 @@ MOST_NODES = 300
 
 @dataclass(frozen=True, slots=True)
 class Forgetting:
-    """A program without what nothing sees. `late`: the choices of it that are drawn late, and of which process those
-    are that another slot draws than the one that begins the cycle."""
+    """A program without dead values. `late`: the choices of it that are drawn late, and of which process those are
+    that another slot draws than the one that begins the cycle."""
 
     program: Program
     late: frozenset[str] = frozenset()
@@ -84,7 +84,7 @@ class Forgetting:
 
 
 def forgetting(program: Program) -> Forgetting:
-    """The program without what nothing sees; itself where that is nothing. Time is about linear in its size."""
+    """The program without dead values; itself where there are none. Time is about linear in its size."""
     return _Forgetter(program).made()
 
 
