@@ -53,8 +53,9 @@ oracles: $(VENV)/.test ## Install or build what tests compare us with, and say w
 mutants: $(VENV)/.test ## How many of N mutants of the source the tests kill; SEED chooses them
 	$(BIN)/python -m tests.mutation --number $(N) --jobs $(JOBS) $(if $(SEED),--seed $(SEED))
 
-bench: $(VENV)/.verify ## One table: llfsm-verify beside SPIN (where installed) and plain Python; WRITE=docs/benchmarks.md
+bench: $(VENV)/.verify ## Two tables: llfsm-verify beside SPIN, NuSMV (where installed) and plain Python; WRITE=docs/benchmarks.md
 	$(BIN)/python -m benchmarks.table $(if $(WRITE),--write $(WRITE))
+	$(BIN)/python -m benchmarks.practice $(if $(WRITE),--write $(WRITE))
 
 bench-executor: $(VENV)/.verify ## Speed of the executor and of its compiler
 	$(BIN)/python benchmarks/pingpong.py

@@ -227,7 +227,8 @@ def main(arguments: list[str] | None = None) -> int:
                 print(f"wrong: {error}", file=sys.stderr)
             else:
                 print("  ".join(f"{cell:{width}}" for cell, width in zip(lines[-1], (16, 20, 20, 20), strict=True)))
-    how = f"medians of {options.runs} runs; load {load:.2f} before and {os.getloadavg()[0]:.2f} after"
+    runs = "one run" if options.runs <= 1 else f"medians of {options.runs} runs"
+    how = f"{runs}; load {load:.2f} before and {os.getloadavg()[0]:.2f} after"
     signed = writing.signature(NAME, how, *([] if missing(spin.NAME) else [spin.version()]))
     print(f"\nSeconds, CPU/wall: {', '.join(HEADINGS[1:])}; >: not within so many.\n{signed}")
     if options.write is not None and not wrong:

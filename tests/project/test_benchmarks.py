@@ -542,6 +542,21 @@ def test_what_takes_too_long_is_said_and_not_asked_again(monkeypatch, tmp_path):
 
 
 @pytest.mark.long
+def test_the_second_table_is_one_that_its_benchmark_writes(tmp_path, monkeypatch):
+    shown = SPEEDS.read_text(encoding="utf-8")
+    page = tmp_path / "page.md"
+    page.write_text(shown, encoding="utf-8")
+    answers = {tool: practice.Answer(1.0, 2.0) for tool in practice.TOOLS}
+    monkeypatch.setattr(practice, "measure", lambda row, runs: answers)
+    assert practice.main(["--write", str(page)]) == 0
+
+    def questions(text: str) -> list[str]:
+        return [line.split(" | ")[0] for line in writing.part(text, practice.NAME).splitlines() if line[:2] == "| "]
+
+    assert questions(shown) == questions(page.read_text(encoding="utf-8")) and len(questions(shown)) == 14
+
+
+@pytest.mark.long
 def test_runs_are_measured(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("LLFSM_WHITEBOARDS", "set by the benchmark")
     assert running.main(["--quick"]) == 0
