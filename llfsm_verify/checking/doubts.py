@@ -13,16 +13,22 @@ from llfsm_verify.language.constants import evaluate, interval
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Binary, Expression
 from llfsm_verify.language.types import decimal_text, digits_of, is_number
-from llfsm_verify.logic.codes import NEVER_EQUAL
-from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.logic.bounds import Clock
+from llfsm_verify.logic.codes import BETWEEN_CYCLES, NEVER_EQUAL
+from llfsm_verify.logic.formula import TRUE, apply, written
+from llfsm_verify.logic.parsing.bounds import decimal
+from llfsm_verify.logic.properties import Property, PropertySet
 
 _COMPARES = re.compile(r"[<>=]")
 _SIGNS = ("eq", "ne", "lt", "le", "gt", "ge")
 
 
-def doubts(arrangement: Arrangement | None, properties: PropertySet) -> tuple[Diagnostic, ...]:
+def doubts(
+    arrangement: Arrangement | None, properties: PropertySet, *, stamped: bool = False
+) -> tuple[Diagnostic, ...]:
     """The warnings about properties, each once: what is asked of the initial configuration only (W302), and for an
-    arrangement comparisons with numbers that are never reached (W303). Of atoms that do not fit it nothing is said."""
+    arrangement comparisons with numbers that are never reached (W303) and times between its cycles (W304; `stamped`:
+    letters have times of their own). Of atoms that do not fit it nothing is said."""
     scope = None if arrangement is None else PropertyScope.of(arrangement)
     found: list[Diagnostic] = []
     fits: dict[str, bool] = {}
@@ -38,10 +44,29 @@ def doubts(arrangement: Arrangement | None, properties: PropertySet) -> tuple[Di
                 fits[key] = False
         if line.doubt is not None and all(fits.get(key, True) for key in line.atoms):
             found.insert(at, line.doubt)
+        if arrangement is not None and arrangement.cycle_ms is not None and not stamped:
+            found.extend(_between_cycles(line, arrangement.cycle_ms))
     once: dict[tuple[str, Span | None], Diagnostic] = {}
     for warning in found:  # the members of a family share their line
         once.setdefault((warning.code, warning.span), warning)
     return tuple(once.values())
+
+
+def _between_cycles(line: Property, period: Fraction) -> Iterator[Diagnostic]:
+    """Bounds in time that are not multiples of the cycle, where some cycle begins within them."""
+    for place, bound in line.bounds:
+        odd = next((time for time in bound if time is not None and time % period), None)
+        least, most = Clock(period).ticks(bound)
+        if odd is None or (most is not None and most < least):
+            continue
+        key = ("" if most is None else decimal(most * period), decimal(least * period))
+        same = written(apply("F<=", TRUE, bound=f"{key[1]}:{key[0]}" if least or most is None else key[0]))[1:]
+        operator = place.text.partition("[")[0]
+        meant = f"`{operator}{same}`" if "[" in place.text else f"`{same[1:-1].removeprefix('<=')}`"
+        message = f"{decimal(odd)} ms are not a multiple of the cycle of {decimal(period)} ms, so this means {meant}"
+        yield Diagnostic(
+            BETWEEN_CYCLES, message, place, hint=f"write {meant}, or times that are multiples of the cycle"
+        )
 
 
 def _hopeless(atom: Expression) -> Iterator[Diagnostic]:

@@ -53,11 +53,11 @@ def read_properties(options: Namespace, features: frozenset[Feature] | None = No
     return parse_properties(property_sources(options), options.syntax, features)
 
 
-def told(properties: PropertySet, arrangement: Arrangement | None) -> PropertySet:
-    """The same, after what may be meant otherwise in them was said on standard error."""
+def told(properties: PropertySet, arrangement: Arrangement | None, *, stamped: bool = False) -> PropertySet:
+    """The same, after what may be meant otherwise in them was said on standard error. `stamped`: letters have times."""
     from llfsm_verify.checking.doubts import doubts
 
-    tell(*doubts(arrangement, properties))
+    tell(*doubts(arrangement, properties, stamped=stamped))
     return properties
 
 

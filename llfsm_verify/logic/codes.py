@@ -80,3 +80,4 @@ INITIAL_ONLY: Final = MEANINGS.add(
     "W302", "a formula, or a part of one, stands under no temporal operator and does not say `initially`"
 )
 NEVER_EQUAL: Final = MEANINGS.add("W303", "a property compares a number with one that it can never be")
+BETWEEN_CYCLES: Final = MEANINGS.add("W304", "a bound in time begins or ends between two cycles")

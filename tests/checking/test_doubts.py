@@ -65,6 +65,29 @@ def test_what_may_be_is_not(atom):
     assert said(f"x: G ({atom})") == []
 
 
+@pytest.mark.parametrize(
+    ("line", "meant"),
+    [
+        ("p: G (on -> O[<=1500ms] on)", "O[<=1s]"),
+        ("p: G (on -> F[<=500ms] on)", "F[<=0ms]"),
+        ("p: G (on S[1500ms:3s] on)", "S[2s:3s]"),
+        ("p: G H[>=2.5s] on", "H[>=3s]"),
+        ("p: on responds to on within 1500ms", "1s"),
+        ("p: G F[<=2s] on", None),
+        ("p: G O[1s:2s] on", None),
+    ],
+)
+def test_a_bound_between_two_cycles_is_said(line: str, meant: str | None) -> None:
+    text = "name: x\ncycle_ms: 1000\nwhiteboard: {on: {type: bool, role: input}}\n"
+    text += "machines: {m: {inline: {machine: M, states: [{name: A}]}}}\nschedule: [m]\n"
+    arrangement, lines = load_arrangement_text(text), parse_properties([Source("p", line)])
+    found = doubts(arrangement, lines)
+    assert [(d.code, d.hint) for d in found] == (
+        [("W304", f"write `{meant}`, or times that are multiples of the cycle")] if meant else []
+    )
+    assert doubts(arrangement, lines, stamped=True) == () == doubts(None, lines)
+
+
 def test_atoms_that_do_not_fit_are_left_to_others():
     assert said("x: G (level == 300 && nowhere == 3)") == [
         ("W303", "`level` is 0 to 20, so it is never 300", "level == 300")

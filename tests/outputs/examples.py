@@ -448,6 +448,7 @@ schedule: [a, b]
         "x: G (n == 3.5 -> lamp)",
         _does("lamp = n > 3;", "n: {type: 0..9, role: input}, lamp: {type: bool, role: output}"),
     ),
+    "W304": _rule("x: G (go -> F[<=150ms] m@ON)"),
     "W402": Provoked(
         (
             RING,  # what is compiled is kept

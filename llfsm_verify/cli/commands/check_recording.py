@@ -83,7 +83,7 @@ def _decide_log(options: Namespace) -> int:
         raise UsageError("a log does not say of which arrangement it is: name it with --arrangement FILE")
     lines = read_properties(options)
     arrangement = load_arrangement(options.arrangement)
-    told(lines, arrangement)
+    told(lines, arrangement, stamped=True)
     found = check_log(arrangement, lines, options.recording, options.mapping, wanted)
     return say_decided([(d, _where(d)) for d in found], allow_undecided=options.allow_undecided)
 
