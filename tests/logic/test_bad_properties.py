@@ -29,7 +29,7 @@ ELSEWHERE = {
     # test_syntaxes.py and test_property.py
     codes.UNSAYABLE, codes.WORD, codes.LIMIT, codes.MIXTURE,
     # tests/checking/test_timed.py
-    codes.TIMELESS, codes.TOO_LONG, codes.NO_CYCLE,
+    codes.TIMELESS, codes.TOO_LONG, codes.NO_CYCLE, codes.BETWEEN_CYCLES,
 }  # fmt: skip
 """Codes that need what no small file has, or what this reader is not asked for; other tests cover them."""
 

@@ -221,7 +221,7 @@ CASES: tuple[CaseStudy, ...] = (
     ),
     CaseStudy(
         "robocup",
-        configurations=31_328,
+        configurations=29_759,
         properties=33,
         violated={
             "faulty_silence": _FOLLOWS | _GAME | {"penalty", "silence", "arrives"},
@@ -246,7 +246,7 @@ CASES: tuple[CaseStudy, ...] = (
     ),
     CaseStudy(
         "press",
-        configurations=3_792,
+        configurations=3_736,
         properties=18,
         violated={
             "faulty_tied": frozenset({"operator", "together", "tied", "single"}),
