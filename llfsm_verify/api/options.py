@@ -54,7 +54,7 @@ class CheckOptions(QueryOptions, ExplicitKeywords, total=False):
     traces: int | None
     """Different counterexamples wanted of each violated property (``--all``)."""
     keep_all_bits: bool | None
-    """Keep what nothing can see any more."""
+    """Keep dead values, which nothing reads any more."""
     progress: Callable[[Progress], None] | None
     """Called now and then with how far the search is."""
     decided: Callable[[EarlyVerdict], None] | None

@@ -187,7 +187,9 @@ def clock_of(arrangement: Arrangement, properties: PropertySet) -> Clock | None:
         for place, bound in line.bounds:
             if len(arrangement.processes) > 1 or period is None:
                 problems.append(
-                    Diagnostic(codes.TIMELESS, _why(arrangement, place.text), place, hint=_hint(arrangement))
+                    Diagnostic(
+                        codes.TIMELESS, _why(arrangement, place.text), place, hint=_hint(arrangement, place.text)
+                    )
                 )
                 continue
             least, most = Clock(period).ticks(bound)
@@ -216,8 +218,9 @@ def _why(arrangement: Arrangement, operator: str) -> str:
     return f"`{operator}` needs to know how long a cycle takes"
 
 
-def _hint(arrangement: Arrangement) -> str:
-    steps = "count steps (`F[0:5] p`, `G[0:5] p`)"
+def _hint(arrangement: Arrangement, operator: str) -> str:
+    name = operator.partition("[")[0].strip()
+    steps = f"count steps (`p {name}[0:5] q`)" if name in "U R W M S T" else f"count steps (`{name}[0:5] p`)"
     if arrangement.timing == "untimed":
         return f"{steps}, or write `cycle_ms: …` instead of `timing: untimed` into the arrangement"
     if len(arrangement.processes) > 1:

@@ -88,18 +88,14 @@ def lower_surroundings(context: Context) -> Block:
 def _begin_cycle(context: Context, control: Control) -> list[Stmt]:
     """Before the first ringlet of a cycle operators act, the model of the surroundings has its own, and the inputs that
     may change once a cycle are brought up to date."""
-    stored = [s for s in context.inputs.values() if s.stored and s.choice]
-    told = cycle_samples(context, control)
-    if not (stored or told or context.surroundings or context.arrangement.operators):
-        return []
-    if not may_begin(context, control):
-        return []
     flag = process_var(context, control.process, "begins")
+    if flag not in context.variables or not may_begin(context, control):
+        return []
     body: list[Stmt] = [Set(flag, None, FALSE), *operate(context, control), *context.surroundings]
-    for scalar in stored:
+    for scalar in (s for s in context.inputs.values() if s.stored and s.choice):
         local = Local(f"in.{scalar.name}", scalar.type)
         body += [Sample(local, scalar.choice), Set(scalar.name, None, local)]
-    body += told
+    body += cycle_samples(context, control)
     # The first machine of a process has its turn at the beginning of a cycle only.
     return body if control.position == 0 else [If(get(flag, BOOL), tuple(body))]
 

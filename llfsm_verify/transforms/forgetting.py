@@ -1,4 +1,4 @@
-"""Forgetting: a step program in which what nothing sees any more has one value, and what is drawn is drawn late.
+"""A step program without dead values, in which choices are sampled where they are first needed.
 
 After the letter of a step a scalar that is dead (`program.liveness`) gets its `init`, unless its process has ended. A
 choice that is only stored into such a scalar (an input that is held, `choose(…)` in the model of the surroundings) is

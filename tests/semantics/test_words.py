@@ -93,6 +93,14 @@ def apart(machine: dict[str, object], snapshot: str) -> dict[str, object]:
     return {"whiteboard": board, "machines": machines, "schedule": ["idle", "m"], "profile": profile}
 
 
+@pytest.mark.parametrize("asked", ["", "\nfirst: F idle.read(i)"])
+def test_with_one_sample_a_cycle_the_first_machine_takes_it_whoever_is_asked_about(asked: str) -> None:
+    document = apart({"states": [{"name": "S", "internal": "unload(idle);", "stays": True}]}, "cycle")
+    document["whiteboard"] = {"i": {"type": "bool", "role": "input", "changes": "never"}}
+    found = verdicts(document, f"later: G (m.read(i) -> Y O m.ran)\nnever: G !m.read(i){asked}")
+    assert found == {"later": "holds", "never": "violated"} | ({"first": "holds"} if asked else {})
+
+
 def test_with_one_sample_a_cycle_a_machine_without_samples_has_sampled_what_is_stored() -> None:
     text = "unread: G !m.read(i)\nconstant: G m.sampled(i)\nstored: G (m.sampled(i) <-> i)\nany: G (sampled(i) <-> i)"
     found = verdicts(apart({"states": [{"name": "S", "stays": True}]}, "cycle"), text)

@@ -181,7 +181,7 @@ def _kept_clocks(arrangement: Arrangement) -> Iterator[Finding]:
     for (span, name, text), names in places.items():
         message = f"the transition {name} -> {name} neither restarts the clock that `{text}` reads, nor runs `on_entry`"
         hint = (
-            "a way through another state does both, and `self_transition_restarts_clock: true` of the profile the first"
+            "go through another state, or write `self_transition_restarts_clock: true` into the profile for the clock"
         )
         yield Finding(
             "L026", "note", message, span, tuple(names), "text", (), f"{hint}; `lint: {{L026: why}}` accepts it"

@@ -46,7 +46,7 @@ def _strictness(group: Group) -> None:
 
 def _search(parser: Parser, group: Group) -> None:
     shared.engine(group)
-    group.add_argument("--keep-all-bits", action="store_true", help="keep what nothing can see any more")
+    group.add_argument("--keep-all-bits", action="store_true", help="keep values that nothing reads any more")
     engine_options(parser, group, ENGINES.options(ENGINES.ours))
 
 

@@ -20,7 +20,9 @@ from llfsm_verify.runtime.deciding.logs.formats import Row
 from llfsm_verify.runtime.deciding.logs.mapping import NUMBER, LogMapping
 from llfsm_verify.runtime.deciding.recordings import Decided, Watch
 
-_DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:\.\d{1,6})?)?(?:Z|[+-]\d\d:?\d\d)?\Z", re.ASCII)
+_DATE = re.compile(
+    r"(\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d)?)(?:(?<=:\d\d:\d\d)\.(\d{1,12}))?(Z|[+-]\d\d:?\d\d)?\Z", re.ASCII
+)
 _BEGINNING = datetime(1970, 1, 1, tzinfo=UTC)
 HINT = "correct the log, or leave `time` out of the mapping: rows are then steps, and bounds in time count `cycle_ms`"
 
@@ -31,7 +33,8 @@ class Times:
     def __init__(self, mapping: LogMapping, path: str) -> None:
         self._mapping, self._path = mapping, path
         self._last: tuple[Fraction, str] | None = None
-        self._dates = False
+        self._kind: str | None = None
+        """Of the rows so far: how their times are written."""
 
     def read(self, row: Row) -> Fraction:
         """That of the next row. DiagnosticError (E497): it has none, or one before that of the row before."""
@@ -39,18 +42,22 @@ class Times:
         if text is None:
             raise self._wrong(row, "the row has no time")
         if NUMBER.match(text):
-            stamp = Fraction(text) * self._mapping.unit
-        elif _DATE.match(text):
-            self._dates = True
+            stamp, kind = Fraction(text) * self._mapping.unit, "a number"
+        elif found := _DATE.match(text):
+            whole, digits, zone = found[1], found[2] or "0", found[3] or ""
             try:
-                date = datetime.fromisoformat(text)
+                date = datetime.fromisoformat(whole + zone)
             except ValueError as error:
                 raise self._wrong(row, f"`{text[:40]}` is not a time: {error}") from None
-            since = (date if date.tzinfo else date.replace(tzinfo=UTC)) - _BEGINNING
-            stamp = Fraction(since // timedelta(microseconds=1), 1_000)
+            since = (date if zone else date.replace(tzinfo=UTC)) - _BEGINNING
+            stamp = 1_000 * (since // timedelta(seconds=1) + Fraction(int(digits), 10 ** len(digits)))
+            kind = "a date with a zone" if zone else "a date without a zone"
         else:
             hint = f"write `{text.replace(',', '.')}`" if NUMBER.match(text.replace(",", ".", 1)) else HINT
             raise self._wrong(row, f"`{text[:40]}` is neither a number nor a date with a time", hint)
+        if self._kind not in (None, kind):
+            raise self._wrong(row, f"`{text[:40]}` is {kind}, and times before it are {self._kind}")
+        self._kind = kind
         if self._last is not None and stamp < self._last[0]:
             raise self._wrong(row, f"the time falls from {self._last[1]} to {text}")
         self._last = stamp, text
@@ -58,8 +65,13 @@ class Times:
 
     def text(self, stamp: Fraction) -> str:
         """A time as the log writes times."""
-        if self._dates:
-            return (_BEGINNING + timedelta(microseconds=float(stamp * 1_000))).isoformat()
+        if self._kind is not None and "date" in self._kind:
+            seconds, rest = divmod(stamp / 1_000, 1)
+            try:
+                whole, _, zone = (_BEGINNING + timedelta(seconds=int(seconds))).isoformat().rpartition("+")
+            except OverflowError:
+                return "after the year 9999"
+            return f"{whole}{decimal(rest)[1:]}+{zone}"
         return ("-" if stamp < 0 else "") + decimal(abs(stamp) / self._mapping.unit)
 
     def _wrong(self, row: Row, problem: str, hint: str = HINT) -> DiagnosticError:
