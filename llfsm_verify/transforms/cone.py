@@ -61,6 +61,8 @@ class Cone:
     left_out: tuple[str, ...]
     """What users know and `program` lacks, as they write it: variables (``count``, ``lamp.n``, ``queue[*].x``), inputs
     that are sampled, and machines (``lamp``) whose state is left out."""
+    late: frozenset[str] = frozenset()
+    """Choices of which `transforms.forgetting` gives the values that no step needs."""
 
     def project(self, values: Mapping[str, Value]) -> dict[str, Value]:
         """A configuration of `program` from one of `full`, both by variable."""
@@ -71,11 +73,13 @@ class Cone:
         return {v.name: values.get(v.name, v.init) for v in self.full.vars if not v.output}
 
     def extend(self, choices: Mapping[str, int]) -> dict[str, int]:
-        """The choices of a step of `full` from those of a step of `program`: the others have their lowest values.
+        """The choices of a step of `full` from those of a step of `program`: the others have their lowest values, or
+        none if they are `late`.
 
         A walk of `program` whose steps are extended is a walk of `full` of the same processes, letters and projections.
         """
-        return {c.name: choices.get(c.name, c.type.low) for c in self.full.choices}
+        given = (c for c in self.full.choices if c.name in choices or c.name not in self.late)
+        return {c.name: choices.get(c.name, c.type.low) for c in given}
 
 
 def _projected(v: Var, values: Mapping[str, Value]) -> Value:

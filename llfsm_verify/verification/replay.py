@@ -13,6 +13,7 @@ from llfsm_verify.analysis.explanation.explain import explain
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.claims import Claim, claim_of
+from llfsm_verify.checking.edges import with_edges_as_past
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.goals.kinds import CHECKED, goals_of
 from llfsm_verify.checking.problem import Problem, bind
@@ -60,9 +61,9 @@ def replay(
     the whole run: the answer is `passes` when no such run fails. That takes at most MAX_COMPLETIONS runs, else it is a
     misfit. Raises DiagnosticError when the property no longer fits the arrangement.
     """
-    problem = bind(arrangement, properties)
+    problem = with_edges_as_past(bind(arrangement, properties))
     goals = goals_of(problem)
-    execution = Execution(problem.program(keep_all_bits=True))
+    execution = Execution(problem.performed())
     unknown = _unknown(execution, schedule)
     if unknown is not None:
         return Replay("misfit", unknown, None)

@@ -88,6 +88,16 @@ def test_a_saved_run_fails_again_passes_when_mended_and_misfits_when_it_asks_for
     ) == ("misfit")
 
 
+@pytest.mark.parametrize(
+    "text", ["F G rose(go)", "F (rose(go) && X rose(go))", "G (rose(m@B) -> F (rose(go) && fell(go)))"]
+)
+def test_a_saved_run_fails_again_where_edges_contradict_each_other(check, text: str) -> None:
+    trace = check(TOGGLE, f"a: {text}").properties[0].trace
+    assert trace is not None
+    properties = parse_properties([Source("p", f"a: {text}")])
+    assert replay(load_arrangement_text(TOGGLE, "t.yaml"), properties, schedule(trace)).outcome == "fails"
+
+
 def test_a_saved_lasso_is_evaluated_on_its_loop(check) -> None:
     text = "assume busy: G F go\na: F G m@A"
     trace = check(TOGGLE, text).properties[0].trace

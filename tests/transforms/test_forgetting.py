@@ -16,6 +16,7 @@ from llfsm_verify.certificate import checked
 from llfsm_verify.checking.problem import Problem, Programs, bind
 from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
+from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.language.atoms import PropertyScope, check_atom
 from llfsm_verify.limits import Limits
@@ -83,7 +84,10 @@ def agrees(document: Document, formula: int, tally: Counter[str]) -> None:
     problem = bind(arrangement, parse_properties([Source("p.ltl", "\n".join(lines))]))
     tally["asked"] += 1
     for engine in ("explicit", *((("bmc", "pdr")[tally["asked"] % 2],) if tally["asked"] % 4 < 2 else ())):
-        results = [said(replace(problem, programs=Programs(forget=forget)), engine) for forget in (True, False)]
+        cut = tally["asked"] % 3 == 0
+        results = [
+            said(replace(problem, programs=Programs(forget=forget)), engine, cut=cut) for forget in (True, False)
+        ]
         verdicts = [
             [*((p.text, p.verdict.value) for p in r.properties), ("faults", r.faults.verdict.value)] for r in results
         ]
@@ -99,8 +103,9 @@ def agrees(document: Document, formula: int, tally: Counter[str]) -> None:
         tally["fewer"] += complete and counts[0] < counts[1]
 
 
-def said(problem: Problem, engine: str) -> Result:
-    own = (UnrolledOptions(depth=4),) if engine != "explicit" else ()
+def said(problem: Problem, engine: str, *, cut: bool = False) -> Result:
+    """`cut`: the explicit engine searches the cone of influence."""
+    own = (UnrolledOptions(depth=4),) if engine != "explicit" else (ExplicitOptions(cone="on" if cut else "auto"),)
     return checker(engine)(problem, Options(Limits(max_states=2_000), effort=50_000, own=own))
 
 
@@ -251,6 +256,20 @@ def test_a_value_that_a_later_slot_draws_is_given_where_its_cycle_began() -> Non
         {"x": 1, "y": 0}, {"x": 1, "y": 0}, {"x": 0, "y": 2}, {"x": 0, "y": 0}, {"x": 0, "y": 0}
     ]  # fmt: skip
     assert found.whole(moves, 1)[-1].choices == {"x": 1, "y": 0}, "the loop goes on with its first moves"
+
+
+def test_a_run_of_a_cone_gives_values_that_are_drawn_late() -> None:
+    machines = (
+        "  a: {inline: {machine: K, states: [{name: S, internal: 'n++;', stays: true}]}}\n"
+        "  b: {inline: {machine: L, states: [{name: S, transitions: [{when: x, to: T}]}, "
+        "{name: T, transitions: [{when: x, to: S}]}]}}\n"
+    )
+    text = text_of(machines, "a, b", "x: {type: bool, role: input, changes: cycle}, n: {type: uint8}")
+    arrangement = load_arrangement_text(text)
+    problem = bind(arrangement, parse_properties([Source("p.ltl", "p: G !b@T\nq: G F b@T")]))
+    assert problem.forgetting.moved
+    result = said(problem, "explicit", cut=True)
+    assert [p.verdict.value for p in result.properties] == ["violated", "violated"] and result.exploration.left_out
 
 
 def test_with_all_bits_nothing_is_forgotten() -> None:

@@ -13,6 +13,7 @@ from itertools import product
 from struct import pack
 from types import MappingProxyType
 
+from llfsm_verify.limits import tick
 from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Int, Program, Var
 from llfsm_verify.values import Value
 
@@ -222,6 +223,7 @@ class Layout:
         values = {v.name: v.init for v in self._vars.values() if not v.output}
         outputs = self.encode_outputs(self.initial_outputs())
         for valuation in product(*(_valuations(v) for v in free)):
+            tick()
             yield self.encode(values | {v.name: x for v, x in zip(free, valuation, strict=True)}) + outputs
 
     def initial(self, limit: int = 1 << 20) -> list[bytes]:

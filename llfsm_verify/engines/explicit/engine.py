@@ -7,6 +7,7 @@ what is found there is then looked for without it, so that traces do not depend 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
@@ -125,7 +126,7 @@ class ExplicitSession(Session):
     def _cone(self) -> Cone:
         from llfsm_verify.transforms.cone import cone
 
-        return cone(self._program)
+        return replace(cone(self._program), late=self._problem.forgetting.late)
 
     def _unreduced(self) -> _Found:
         if self._plain is None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from llfsm_verify.backends.native.layout import Layout, TooManyInitial
+from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.program.program import BOOL, INT64_MAX, INT64_MIN, UNBOUNDED, Int, Type
 from llfsm_verify.values import Value
 from tests.backends.tiny import tiny, variable
@@ -65,6 +66,12 @@ def test_counting_the_initial_records_does_not_list_them() -> None:
     layout = Layout.of(tiny((), [variable("a", Int(INT64_MIN, INT64_MAX), (0, 0), free=True)]))
     assert layout.initial_count() == 1 << 128
     with pytest.raises(TooManyInitial):
+        layout.initial()
+
+
+def test_a_limit_ends_the_list_of_initial_records() -> None:
+    layout = Layout.of(tiny((), [variable("a", Int(0, 2000), 0, free=True)]))
+    with pytest.raises(LimitReached), Budget(Limits(timeout=0.0)):
         layout.initial()
 
 
