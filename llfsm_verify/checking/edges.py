@@ -4,7 +4,8 @@ In a step program an edge is a hidden variable, which takes part in the configur
 it is a bit beside the formula's own automaton (`automata/ltl/history.py`). So a search has the operands as atoms, and
 reads edges as past; runs are performed with the edges as they are written, which traces show. An edge stays a hidden
 variable where it is a letter (of a rule, an automaton, a regular expression), where it compares values that are not
-Boolean, and where a formula has so many that its automaton would grow by more than a factor of 2^MOST.
+Boolean, and where a formula has so many that its automaton would grow by more than a factor of 2^MOST. That is decided
+for each line: what one needs as hidden variables, others still read as past.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 from types import MappingProxyType
 
-from llfsm_verify.checking.problem import Problem
+from llfsm_verify.checking.problem import Problem, only_shown
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Binary, Edge, Expression, Literal, Unary
 from llfsm_verify.language.types import BoolType
@@ -49,33 +50,29 @@ def with_edges_as_past(problem: Problem) -> Problem:
         and any(of_kind(a.expression, Edge))
         and (written := parts.written(a.expression, a.name)) is not None
     }
-    lines = (*problem.properties, *problem.assumptions)
-    for line in lines:
-        if line.formula is not None and not _may_change(line, found):
-            for key in line.atoms:
-                found.pop(key, None)
-    if not found:
+    properties = tuple(_read_as_past(line, found) for line in problem.properties)
+    assumptions = tuple(_read_as_past(line, found) for line in problem.assumptions)
+    lines = (*properties, *assumptions)
+    if not any(line.edges for line in lines):
         return problem
-    letters = {key for line in lines if line.formula is None for key in line.atoms}
-    edges = MappingProxyType(found)
-    read = {node.key for f in found.values() for node in postorder(f) if node.op == "atom"}
+    read = {key for line in lines for key in line.searched}
     operands = (Observed(name, e) for name, e in parts.new.items() if name in read)
     return replace(
         problem,
-        properties=tuple(replace(line, edges=edges) for line in problem.properties),
-        assumptions=tuple(replace(line, edges=edges) for line in problem.assumptions),
+        properties=properties,
+        assumptions=assumptions,
         atoms=tuple(sorted((*problem.atoms, *operands), key=lambda a: a.name)),
-        shown=frozenset(found) - letters,
+        shown=only_shown(lines),
     )
 
 
-def _may_change(line: Property, found: Mapping[str, Formula]) -> bool:
-    """Whether the edges of a formula may become past."""
-    assert line.formula is not None
-    if operators(line.formula) & BINDING:
-        return False
-    written = (found[key] for key in line.atoms if key in found)
-    return len({node for f in written for node in postorder(f) if node.op == "Y"}) <= MOST
+def _read_as_past(line: Property, found: Mapping[str, Formula]) -> Property:
+    """The line with its edges, where they may become past: all of them, or none."""
+    if line.formula is None or operators(line.formula) & BINDING:
+        return line
+    edges = {key: found[key] for key in line.atoms if key in found}
+    added = {node for f in edges.values() for node in postorder(f) if node.op == "Y"}
+    return replace(line, edges=MappingProxyType(edges)) if edges and len(added) <= MOST else line
 
 
 class _Operands:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.problem import Problem
+from llfsm_verify.checking.problem import Problem, only_shown
 from llfsm_verify.language import types as lt
 from llfsm_verify.language.trees import nodes
 from llfsm_verify.language.typed import Edge, Expression, Observe, Read, Sampled
@@ -71,11 +71,13 @@ def groups_of(problem: Problem, most: int = MOST) -> tuple[Group, ...]:
 
 
 def _group(problem: Problem, lines: Sequence[Property], needs: Sequence[str]) -> Group:
-    """These properties, in their order, with the atoms that they and the assumptions name."""
-    named = {TICK, *(atom for line in (*lines, *problem.assumptions) for atom in (*line.atoms, *line.searched))}
+    """These properties, in their order, with the atoms that they and the assumptions name. An edge that only
+    properties of other groups have as a hidden variable is shown, and no more."""
     lines = tuple(line for line in problem.properties if line in lines)
-    part = replace(problem, properties=lines, atoms=tuple(a for a in problem.atoms if a.name in named))
-    return Group(part, tuple(needs))
+    both = (*lines, *problem.assumptions)
+    named = {TICK, *(atom for line in both for atom in (*line.atoms, *line.searched))}
+    atoms = tuple(a for a in problem.atoms if a.name in named)
+    return Group(replace(problem, properties=lines, atoms=atoms, shown=only_shown(both)), tuple(needs))
 
 
 def _needs(arrangement: Arrangement, e: Expression | TimePasses) -> Iterator[tuple[str, int]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from types import MappingProxyType
@@ -105,6 +105,12 @@ class Problem:
     def forgetting(self) -> Forgetting:
         """How runs of the program that engines search are those of the one with all bits."""
         return self.programs.forgetting(self.arrangement, self.searched)
+
+
+def only_shown(lines: Collection[Property]) -> frozenset[str]:
+    """The atoms of these lines that searches of them do not read."""
+    read = {key for line in lines for key in line.searched}
+    return frozenset(key for line in lines for key in line.atoms) - read
 
 
 def bind(arrangement: Arrangement, properties: PropertySet, *, stamped: bool = False) -> Problem:

@@ -67,7 +67,7 @@ class Property:
     @property
     def searched(self) -> Iterable[str]:
         """The keys of the atoms that searches read."""
-        edges = {} if self.formula is None else self.edges
+        edges = self.edges
         return (key for own in self.atoms for key in (atoms(edges[own]) if own in edges else (own,)))
 
 

@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking import edges
 from llfsm_verify.checking.edges import MOST, with_edges_as_past
+from llfsm_verify.checking.groups import groups_of
 from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, Verdict
@@ -102,7 +104,10 @@ def agree(problem: Problem, tally: Counter[str]) -> None:
 
 
 @pytest.mark.long
-def test_random_edges() -> None:
+@pytest.mark.parametrize("most", [MOST, 1])
+def test_random_edges(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With `most` 1, lines with edges as past stand beside lines with hidden variables."""
+    monkeypatch.setattr(edges, "MOST", most)
     tally: Counter[str] = Counter()
     amount = settings(
         max_examples=500 if FRESH else 60,
@@ -179,6 +184,44 @@ def test_a_rule_keeps_the_hidden_variable_that_formulas_do_without() -> None:
     problem = past_of("p: G !rose(a)", "forbid q: [rose(a)] [b]")
     assert "rose(a)" in {a.name for a in problem.program().atoms} >= {"a", "b"}
     assert not problem.shown
+
+
+MANY = " || ".join(f"rose(n == {i})" for i in range(4)) + " || rose(a)"
+"""More edges than a formula may remember."""
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_a_formula_with_many_edges_does_not_change_how_others_are_read(first: bool) -> None:
+    lines = ["few: G (rose(a) -> !fell(b))", "other: G (rose(b) -> !rose(n == 1))"]
+    many = f"many: G ({MANY} || !lit)"
+    problem = past_of(*([many, *lines] if first else [*lines, many]))
+    own = {line.name: (set(line.edges), set(line.searched)) for line in problem.properties}
+    assert own["few"] == ({"rose(a)", "fell(b)"}, {"a", "b"})
+    assert own["other"] == ({"rose(b)", "rose(n == 1)"}, {"b", "n == 1"})
+    hidden = {"rose(a)", *(f"rose(n == {i})" for i in range(4))}
+    assert own["many"] == (set(), {*hidden, "lit"})
+    assert problem.shown == {"fell(b)", "rose(b)"}
+    assert {a.name for a in problem.searched} == {*hidden, "lit", "a", "b", "n == 1"}
+
+
+def test_an_assumption_with_many_edges_keeps_them_for_itself() -> None:
+    problem = past_of("p: G (rose(a) -> !fell(b))", f"assume e: G ({MANY} || !b)")
+    assert [set(line.edges) for line in (*problem.properties, *problem.assumptions)] == [{"rose(a)", "fell(b)"}, set()]
+    assert problem.shown == {"fell(b)"}
+
+
+@pytest.mark.parametrize("kept", [f"many: G (({MANY}) || !lit)", "forbid rule: [rose(a) && rose(b)] [rose(n == 1)]"])
+def test_a_group_has_hidden_variables_for_its_own_properties_only(kept: str) -> None:
+    problem = past_of("p: G (rose(a) -> !fell(a))", "q: G (rose(b) -> !fell(b))", kept)
+    groups = [group.problem for group in groups_of(problem, 0)]
+    names = [{p.name for p in group.properties} for group in groups]
+    assert sorted(map(len, names)) == [1, 1, 1]
+    for group in groups:
+        (line,) = group.properties
+        hidden = {v.name for v in group.program().vars if v.name.startswith("$before")}
+        assert bool(hidden) is (line.name not in ("p", "q")), line.name
+        assert set(line.searched) == {a.name for a in group.searched}
+        assert set(line.atoms) <= {a.name for a in group.performed().atoms}
 
 
 def test_members_of_a_family_have_operands_of_their_own() -> None:
