@@ -85,8 +85,9 @@ class Explored(Protocol):
         """Every letter that some configuration shows, in increasing order."""
         ...
 
-    def violates(self, goal: Goal) -> bool:
-        """Whether some run of the space violates another goal over the same atoms. AutomatonTooLarge."""
+    def violates(self, goal: Goal, *, assuming: bool = True) -> bool:
+        """Whether some run of the space violates another goal over the same atoms; `assuming` False: one that may
+        violate the assumptions as well. AutomatonTooLarge."""
         ...
 
     def find(self, goal: Goal, excluded: Excluded | None = None) -> Violated | None:

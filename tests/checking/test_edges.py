@@ -248,3 +248,20 @@ def test_an_edge_that_never_happens_is_found() -> None:
     assert [(v.kind, v.subject) for v in p.vacuity.findings] == [("antecedent", f'"{never}"')]
     assert [(v.kind, v.subject) for v in q.vacuity.findings] == [("letter", "rose(lit && !lit)")]
     assert (p.vacuity.never, q.vacuity.never) == ((never,), ("rose(lit && !lit)",))
+
+
+@pytest.mark.parametrize("assumption", ["", "\nassume e: G F b", "\nassume e: G !rose(lit)"])
+def test_an_edge_that_no_configuration_shows_is_found_under_assumptions_too(assumption: str) -> None:
+    """Those that only the assumptions leave out are none of these."""
+    lines = f"p: F G !b || G (rose(n == 3 && m@OFF && n == 0) || F b) && G (!rose(lit) || n < 9){assumption}"
+    (p,) = verify(load_arrangement_text(BUTTONS), parse_properties([Source("p", lines)])).properties
+    assert p.verdict is Verdict.HOLDS
+    assert p.vacuity.never == ("rose(n == 3 && m@OFF && n == 0)",)
+
+
+def test_a_formula_under_an_assumption_says_that_an_edge_never_holds() -> None:
+    text = BUTTONS.replace("lit = true; ", "").replace("lit = false;", "")
+    lines = "assume e: G F a\nq: G (changed(lit) || m@ON || m@OFF)"
+    (q,) = verify(load_arrangement_text(text), parse_properties([Source("p", lines)])).properties
+    said = [(v.kind, v.message) for v in q.vacuity.findings]
+    assert said == [("letter", "`changed(lit)` never holds in any configuration reached")]

@@ -325,10 +325,12 @@ class Examination:
         return not self._explored.violates(FormulaGoal(stronger, self._problem.clock))
 
     def _edges_that_never_hold(self, line: Property) -> Iterator[str]:
-        """Those that letters do not show. Assumptions would leave out configurations that are reached."""
-        for key in () if self._problem.assumptions else shown_atoms(line):
-            if key not in self._letters and self._holds(line, apply("G", negation(atom(key)))):
-                yield key
+        """Those that letters do not show. Like letters, also in configurations that the assumptions leave out."""
+        for key in shown_atoms(line):
+            if key not in self._letters:
+                never = stronger_line(line, apply("G", negation(atom(key))), line.name)
+                if not self._explored.violates(FormulaGoal(never, self._problem.clock), assuming=False):
+                    yield key
 
     def _constant(self, formula: Formula, never: Sequence[str]) -> Iterator[VacuityFinding]:
         """Atoms that never hold, though the formula does not say so."""

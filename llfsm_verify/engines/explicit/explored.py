@@ -118,10 +118,10 @@ class ExploredGraph:
     def masks(self) -> Sequence[int]:
         return sorted({*self._explorer.first_letters, *self._explorer.graph.alphabet})
 
-    def violates(self, goal: Goal) -> bool:
+    def violates(self, goal: Goal, *, assuming: bool = True) -> bool:
         self._explore()
         search, _ = self._able(goal)
-        return search.violates(goal)
+        return search.violates(goal, assuming=assuming)
 
     def find(self, goal: Goal, excluded: Excluded | None = None) -> Violated | None:
         self._explore()

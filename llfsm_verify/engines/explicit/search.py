@@ -190,8 +190,9 @@ class Search:
         LimitReached, AutomatonTooLarge: that is not known."""
         return self._violation(Task(goal), excluded)
 
-    def violates(self, goal: Goal) -> bool:
+    def violates(self, goal: Goal, *, assuming: bool = True) -> bool:
         """Whether there is a violation of another goal in the graph as it is; `violation`, without the time for a run.
+        `assuming` False: also one that violates the assumptions.
 
         LimitReached, AutomatonTooLarge: that is not known."""
         roots = self.explorer.first_letters
@@ -200,13 +201,14 @@ class Search:
         monitor, safe = bad_prefixes_of(goal)
         if monitor is not None:
             project = self._projection(goal.atoms)
-            if self.assumed:
+            if self.assumed and assuming:
                 found = has_continued_bad_prefix(roots, monitor, project, self._assumptions_product())
             else:
                 found = shortest_bad_prefix(self.graph, roots, monitor, project) is not None
             if found or safe:
                 return found
-        whole = Product(self.graph, [*self._assumption_readers(), self._wrong_reader(goal)], self._fair_bits)
+        others = self._assumption_readers()[0 if assuming else len(self.assumed) :]
+        whole = Product(self.graph, [*others, self._wrong_reader(goal)], self._fair_bits)
         return whole.accepts(whole.initial(roots))
 
     def _violation(self, task: Task, excluded: Excluded | None = None) -> Walk | None:
