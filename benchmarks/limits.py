@@ -22,6 +22,18 @@ ENGINES = ("auto", "explicit", "bmc", "induction", "pdr", "all")
 PROMISED = 2.0
 
 
+PAST = (
+    """cycle_ms: 100
+whiteboard: {x: {type: bool, role: input}, lamp: {type: bool}}
+machines:
+  m: {inline: {machine: M, states: [{name: A, transitions: [{when: x, to: A}]}]}}
+schedule: [m]
+""",
+    "a: G O[0:1048576] x\nb: G (lamp S[999:1000000] x)\nc: F G O[100000s:100000s] x\nd: G (x -> X H[0:1048576] !x)\n",
+)
+"""One configuration, and properties that look back far."""
+
+
 def tasks(folders: list[Path]) -> Iterator[tuple[Path, Path]]:
     """Arrangements, each with its properties."""
     for folder in folders:
@@ -30,14 +42,14 @@ def tasks(folders: list[Path]) -> Iterator[tuple[Path, Path]]:
 
 
 def practice(folder: Path) -> Iterator[Path]:
-    """The largest chains, the crossing and the lifts, written below a folder."""
-    for row in rows():
-        if not row.name.startswith(("chain(8)", "chain(16)")):
-            place = folder / row.name.replace(", ", "-").replace(" ", "-")
-            place.mkdir()
-            (place / "arrangement.yaml").write_text(row.arrangement, encoding="utf-8")
-            (place / "properties.ltl").write_text(row.properties, encoding="utf-8")
-            yield place
+    """The largest chains, the crossing, the lifts, and bounds that look back far, written below a folder."""
+    large = ((r.name, r.arrangement, r.properties) for r in rows() if not r.name.startswith(("chain(8)", "chain(16)")))
+    for name, arrangement, properties in (*large, ("past", *PAST)):
+        place = folder / name.replace(", ", "-").replace(" ", "-")
+        place.mkdir()
+        (place / "arrangement.yaml").write_text(arrangement, encoding="utf-8")
+        (place / "properties.ltl").write_text(properties, encoding="utf-8")
+        yield place
 
 
 def beyond(arrangement: Path, properties: Path, engine: str, limit: float) -> float:

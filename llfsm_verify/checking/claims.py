@@ -52,7 +52,7 @@ class Claim:
     def refuted_by(self, prefix: Word) -> bool:
         """Whether it is false for every continuation of `prefix` that we try. ExpressionTooLarge."""
         tried = _timed(prefix[-1], self.atoms) if TICK in self.atoms else _untimed(prefix[-1], self.atoms)
-        return not any(self.true_on((*prefix, *stem), loop) for stem, loop in tried)
+        return not any(self.true_on((*prefix, *stem), loop) for stem, loop in dict.fromkeys(tried))
 
 
 def claim_of(line: Property, clock: Clock | None) -> Claim:

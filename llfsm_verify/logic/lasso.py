@@ -8,11 +8,28 @@ from fractions import Fraction
 from itertools import accumulate
 from math import ceil, floor, inf
 
-from llfsm_verify.logic.bounds import past_depth, step_bound, time_bound
-from llfsm_verify.logic.formula import EXPRESSIONS, FALSE, PAST, PAST_STEPS, PAST_TIMED, Formula, Op, postorder
+from llfsm_verify.limits import tick
+from llfsm_verify.logic.bounds import step_bound, time_bound
+from llfsm_verify.logic.formula import (
+    BOOLEAN,
+    BOUNDED_PAST,
+    EXPRESSIONS,
+    FALSE,
+    PAST,
+    PAST_STEPS,
+    PAST_TIMED,
+    Formula,
+    Op,
+    operators,
+    postorder,
+)
 from llfsm_verify.logic.word import CONNECTIVES, Lasso, Letter, Times, holds_in
 
 Row = list[bool]
+LETTERS = 64
+"""Truth values of one subformula for each tick, beside those of operators that take longer."""
+ALL_TURNS = 4096
+"""As far as a bound of the past is unrolled where not only truth is asked for."""
 STEP_EFFORT = 3
 """A letter read takes as long as a derivative with so many arguments."""
 _REACHING, _GREATEST = frozenset("FUWOS"), frozenset("GWRHT")
@@ -29,7 +46,15 @@ def evaluate(
     of the loop), which operators with a time bound need. ValueError: the loop is empty, or delays are missing.
     KeyError: a mapping lacks an atom. ExpressionTooLarge: the closure of a regular expression over too many atoms.
     """
-    return truth_of((formula,), stem, loop, delays)[1][formula][0]
+    word = _word(stem, loop, delays)
+    if formula.op in ("F", "G") and BOUNDED_PAST & operators(formula) and operators(formula.args[0]) <= BOOLEAN | PAST:
+        # What is seen in the first turn needs no other.
+        found, truth = formula.op == "F", dict[Formula, Row]()
+        for node in postorder(formula.args[0]):
+            truth[node] = _row(node, truth, word)
+        if found in truth[formula.args[0]]:
+            return found
+    return truth_of((formula,), stem, loop, delays, sparing=True)[1][formula][0]
 
 
 def truth_of(
@@ -37,29 +62,59 @@ def truth_of(
     stem: Sequence[Letter],
     loop: Sequence[Letter],
     delays: Sequence[float | Fraction] | None = None,
+    *,
+    sparing: bool = False,
 ) -> tuple[Lasso, dict[Formula, list[bool]]]:
     """The truth of every subformula of `formulas` at each position of the word, whose loop is unrolled so often that
-    what was makes no difference any more; arguments and errors as for `evaluate`."""
-    if not loop:
-        raise ValueError("a lasso needs a loop")
-    if delays is not None and len(delays) != len(stem) + len(loop):
-        raise ValueError("there is one delay for each letter of stem and loop")
+    what was makes no difference any more; arguments and errors as for `evaluate`.
+
+    `sparing`: only as often as the truth of this word needs. Otherwise also until bounds of up to `ALL_TURNS` turns
+    allow, from the loop on, nothing before it any more, and longer ones a whole turn.
+    """
+    word = _word(stem, loop, delays)
     # What has been changes with each turn of the loop, so many for each past operator inside another; then no more.
-    again = None if delays is None else sum(Fraction(time) for time in delays[len(stem) :])
-    turns = max(past_depth(f, lambda node: _turns(node, len(loop), again)) for f in formulas)
-    word = Lasso(
-        (*stem, *list(loop) * turns, *loop),
-        len(stem) + turns * len(loop),
-        None if delays is None else (*delays, *list(delays[len(stem) :]) * turns),
-    )
+    time = None if delays is None else sum((Fraction(delay) for delay in delays[len(stem) :]), Fraction(0))
     truth: dict[Formula, Row] = {}
+    settled: dict[Formula, int] = {}
+    """After so many turns a subformula is in each one as in the one before."""
     for node in postorder(*formulas):
+        turns = max((settled[a] for a in node.args), default=0)
+        if node.op in PAST:
+            start = len(stem) + turns * len(loop)
+            turns += _lasting(node, [truth[a] for a in node.args], word, start, time, sparing=sparing)
+            missing = turns - (word.back - len(stem)) // len(loop)
+            if missing > 0:
+                word = _unrolled(word, missing)
+                for row in truth.values():
+                    row += row[-len(loop) :] * missing
+        settled[node] = turns
+        for _ in range(0, len(word.letters), LETTERS):
+            tick()
         if node.op not in EXPRESSIONS:
             truth[node] = _row(node, truth, word)
     return word, truth
 
 
-def _turns(node: Formula, letters: int, time: Fraction | int | None) -> int:
+def _word(stem: Sequence[Letter], loop: Sequence[Letter], delays: Sequence[float | Fraction] | None) -> Lasso:
+    if not loop:
+        raise ValueError("a lasso needs a loop")
+    if delays is not None and len(delays) != len(stem) + len(loop):
+        raise ValueError("there is one delay for each letter of stem and loop")
+    return Lasso((*stem, *loop), len(stem), None if delays is None else tuple(delays))
+
+
+def _unrolled(word: Lasso, turns: int) -> Lasso:
+    """The same word with so many more turns of its loop before it."""
+    back, delays = word.back, word.delays
+    loop = len(word.letters) - back
+    return Lasso(
+        (*word.letters, *list(word.letters[back:]) * turns),
+        back + turns * loop,
+        None if delays is None else (*delays, *list(delays[back:]) * turns),
+    )
+
+
+def _turns(node: Formula, letters: int, time: Fraction | None) -> int:
     """How many turns of a loop of so many letters and milliseconds a past operator sees from its end."""
     if node.op in PAST_STEPS:
         return ceil(step_bound(node)[1] / letters)
@@ -67,6 +122,58 @@ def _turns(node: Formula, letters: int, time: Fraction | int | None) -> int:
         return 1
     least, most = time_bound(node.key)
     return 1 + floor((least if most is None else most) / time) + (most is None)
+
+
+def _lasting(
+    node: Formula, args: Sequence[Row], word: Lasso, start: int, time: Fraction | None, *, sparing: bool
+) -> int:
+    """After how many turns a past operator is in each one as in the one before, where its operands are from `start` on.
+
+    `time`: the milliseconds that a turn takes. `sparing` as for `truth_of`.
+    """
+    loop = len(word.letters) - word.back
+    most = _turns(node, loop, time)
+    if node.op not in BOUNDED_PAST:
+        return most
+    whole = _to_whole_turn(node, loop, time)
+    if not sparing and (whole is None or most <= ALL_TURNS):
+        return most
+    least = 0 if sparing or whole is None else whole
+    dual = node.op[0] in "HT"
+    turn = range(start, start + loop)
+    kept_from = 0
+    if len(args) == 2:
+        if any(args[0][i] == dual for i in turn):
+            return min(most, max(1, least))  # nothing from before the turn counts in the next one
+        kept_from = next((i for i in reversed(range(start)) if args[0][i] == dual), 0)
+    goal = args[-1]
+    if any(goal[i] != dual for i in turn):
+        return most if whole is None else min(most, whole)
+    last = next((i for i in reversed(range(kept_from, start)) if goal[i] != dual), None)
+    return min(most, max(least, 0 if last is None else _to_last_sight(node, word, last, start, time)))
+
+
+def _to_whole_turn(node: Formula, loop: int, time: Fraction | None) -> int | None:
+    """After how many turns the bound allows letters of a whole turn wherever it is; None: it allows fewer."""
+    if node.op in PAST_STEPS:
+        first, last = step_bound(node)
+        return 1 + ceil(first / loop) if last - first >= loop else None
+    if not time:
+        return None
+    least, most = time_bound(node.key)
+    return 2 + ceil(least / time) if most is None or most - least >= time else None
+
+
+def _to_last_sight(node: Formula, word: Lasso, seen: int, start: int, time: Fraction | None) -> int:
+    """After how many turns from `start` the bound allows position `seen`, before it, no more (or from then on)."""
+    loop = len(word.letters) - word.back
+    if node.op in PAST_STEPS:
+        return max(0, ceil((seen + step_bound(node)[1] + 1 - start) / loop))
+    if not time or word.delays is None:
+        return _turns(node, loop, time)
+    least, most = time_bound(node.key)
+    passed = sum((Fraction(delay) for delay in word.delays[seen:start]), Fraction(0))
+    return max(0, 1 + floor(((least if most is None else most) - passed) / time))
 
 
 def _row(node: Formula, truth: Mapping[Formula, Row], word: Lasso) -> Row:
@@ -106,6 +213,7 @@ def _unfolded(op: Op, args: Sequence[Row], word: Lasso) -> Row:
     # The second sweep backwards brings what the first learned at the start of the loop to its end. Forwards one is
     # enough: the loop has been unrolled until its turns no longer differ.
     for i in range(n) if past else [*reversed(range(n))] * 2:
+        tick()
         rest = row[i - 1 if past else word.after(i)]  # the last one, before the first, is as it was
         row[i] = b[i] or (a[i] and rest) if reaching else b[i] and (a[i] or rest)
     return row
@@ -123,6 +231,7 @@ def _steps(node: Formula, argument: Row, word: Lasso) -> Row:
             at = word.after(at)
         seen = []
         for _ in range(first, last + 1):
+            tick()
             seen.append(argument[at])
             at = word.after(at)
         row.append(all(seen) if node.op == "G[]" else any(seen))
@@ -140,11 +249,16 @@ def looked_back(node: Formula, word: Lasso) -> list[tuple[int, int]]:
     if word.delays is None:
         raise ValueError("a time bound needs the delays between letters")
     least, most = time_bound(node.key)
-    at = list(accumulate((Fraction(time) for time in word.delays[:-1]), initial=Fraction(0)))
-    return [
-        (0 if most is None else bisect_left(at, now - most), min(i, bisect_right(at, now - least) - 1))
-        for i, now in enumerate(at)
-    ]
+    at = [Fraction(0)]
+    for delay in word.delays[:-1]:
+        tick()
+        at.append(at[-1] + Fraction(delay))
+    windows = []
+    for i, now in enumerate(at):
+        tick()
+        first = 0 if most is None else bisect_left(at, now - most)
+        windows.append((first, min(i, bisect_right(at, now - least) - 1)))
+    return windows
 
 
 def _bounded_past(node: Formula, args: Sequence[Row], word: Lasso) -> Row:
@@ -156,6 +270,7 @@ def _bounded_past(node: Formula, args: Sequence[Row], word: Lasso) -> Row:
     row: Row = []
     kept_from = 0
     for i, (first, last) in enumerate(looked_back(node, word)):
+        tick()
         if len(args) == 2 and args[0][i] == dual:
             kept_from = i
         first = max(first, kept_from)
@@ -179,6 +294,7 @@ def _timed(node: Formula, args: Sequence[Row], word: Lasso) -> Row:
     """The letters from each position on at which `keep` holds."""
     for _ in range(2):  # the second sweep brings what the first learned at the start of the loop to its end
         for i in reversed(range(n)):
+            tick()
             if goal[i]:
                 until[i] = Fraction(0)
             elif keep[i]:
@@ -186,6 +302,7 @@ def _timed(node: Formula, args: Sequence[Row], word: Lasso) -> Row:
             kept[i] = kept[word.after(i)] + 1 if keep[i] else 0
     row = []
     for i in range(n):
+        tick()
         later = (0, Fraction(0), i) if times is None else times.later(i, least)
         met = later is not None and later[0] <= kept[i]
         if later is not None and met:
@@ -231,6 +348,7 @@ def _matches(node: Formula, truth: Mapping[Formula, Row], word: Lasso) -> Row:
         seen = {(expression, i)}
         queue = [(expression, i)]
         for rest, at in queue:
+            tick()
             budget.spend(STEP_EFFORT)
             following, matched, possible = after(rest, shown[at])
             if matched:

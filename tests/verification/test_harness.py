@@ -15,7 +15,7 @@ from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.checking.verdict import PERHAPS_NO_RUN, Exploration, Options, Progress, Result, Verdict
 from llfsm_verify.diagnostics import Disagreement, Source
 from llfsm_verify.engines.explicit.engine import ExplicitSession
-from llfsm_verify.limits import LimitReached, Limits
+from llfsm_verify.limits import LimitReached, Limits, tick
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.verification import harness
 from llfsm_verify.verification.verify import verify
@@ -229,6 +229,21 @@ def test_where_the_search_itself_ends_late_what_was_found_is_said(clock: Clock) 
     assert [p.reason for p in result.properties] == [IN_VAIN, IN_VAIN, IN_VAIN, None]
     assert result.properties[3].verdict is Verdict.HOLDS
     assert clock.seconds == 9.0
+
+
+def test_the_time_limit_ends_a_confirmation(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
+    """That what the initial configuration shows is out of sight takes as many letters as the bound is long."""
+    line = "a: car || G H[1:900] car"
+    assert check(Prefix, text=line, options=LIMITED)[0].properties[0].verdict is Verdict.VIOLATED
+
+    def slow() -> None:
+        clock.seconds += 0.01
+        tick()
+
+    monkeypatch.setattr("llfsm_verify.logic.lasso.tick", slow)
+    (found,) = check(Prefix, text=line, options=LIMITED)[0].properties
+    assert (found.verdict, found.reason) == (Verdict.UNKNOWN, IN_VAIN)
+    assert 6.0 < clock.seconds < 7.0
 
 
 class LateFault(Late):

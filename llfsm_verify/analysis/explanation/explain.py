@@ -5,6 +5,7 @@ name the word of the property language for what may have been meant.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from fractions import Fraction
 
@@ -17,7 +18,7 @@ from llfsm_verify.checking.replay.confirm import Letter, ReplayedRun
 from llfsm_verify.checking.trace import Cause, Trace, letter_steps
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import After, Assign, AtState, Observe, Query, Read, Sampled
-from llfsm_verify.limits import LimitReached, unlimited
+from llfsm_verify.limits import LimitReached, budget_in_force, ticking, unlimited
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.formula import BINDING, operators, time_text
 from llfsm_verify.logic.parsing.bounds import decimal
@@ -31,12 +32,17 @@ MOST_TRIED = 600
 """Values of an infinite run that are changed, one at a time, where only the judge of the property knows it."""
 
 
-@unlimited()
 def explain(replayed: ReplayedRun, goal: Goal, problem: Problem) -> Trace:
     """The trace of a run that violates a property, with its causes and the reason.
 
-    Where a limit is reached nothing is marked, and the reason says so.
+    Where a limit is reached nothing is marked, and the reason says so. Of the budget in force only the time counts.
     """
+    budget = budget_in_force()
+    with unlimited(), nullcontext() if budget is None else ticking(budget.check_time):
+        return _explained(replayed, goal, problem)
+
+
+def _explained(replayed: ReplayedRun, goal: Goal, problem: Problem) -> Trace:
     trace = replayed.trace
     try:
         letters, loop = failing_part(replayed, goal)

@@ -182,3 +182,31 @@ def test_many_marks_are_not_tried_out() -> None:
 def test_what_no_operand_shows_is_not_claimed() -> None:
     # No continuation satisfies it, but nothing in it is false yet.
     assert not Reading(formula_of("X q && X !q"), [P], None).fails
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "G F O[0:9] p",
+        "F G !O[1:9] p",
+        "G (p -> q S[2:12] r)",
+        "F G (p T[0:9] q)",
+        "G O[<=90ms] (p && O[0:9] q)",
+        "G F !(p S[20ms:90ms] H[0:4] q)",
+    ],
+)
+@given(lassos(("p", "q", "r"), 4, 3), st.booleans())
+@settings(max_examples=examples(20), deadline=None)
+def test_of_long_bounds_of_the_past_no_cause_is_missed(text: str, word: tuple[Word, Word], prefix: bool) -> None:
+    """As where the loop is unrolled for all of the bound; of a bad prefix they are the same."""
+    formula, clock = formula_of(text), Clock(Fraction(10))
+    run = [letter | {TICK} for letter in (*word[0], *word[1])]
+    found = []
+    for turns in (4096, 0):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("llfsm_verify.logic.lasso.ALL_TURNS", turns)
+            reading = Reading(formula, run, None if prefix else len(word[0]), clock)
+        found.append((reading.fails, causes(reading)))
+    (fails, all_of_them), (still, these) = found
+    assert fails is still
+    assert all_of_them == these if prefix else all_of_them <= these

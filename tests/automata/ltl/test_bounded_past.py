@@ -27,6 +27,7 @@ from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.moves import moves_of
 from llfsm_verify.automata.omega.products import accepts
 from llfsm_verify.diagnostics import Fragment, Source
+from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic.bounds import TICK, Clock
 from llfsm_verify.logic.formula import (
     BOOLEAN,
@@ -153,13 +154,15 @@ def test_evaluation_and_automata_by_the_definition() -> None:
     def check(f: Formula, word: Word) -> None:
         seen.update(operators(f) & BOUNDED_PAST)
         stem, loop = word
-        along, truth = truth_of((f,), stem, loop, CLOCK.delays((*stem, *loop)))
-        more = len(along.letters) + 3 * len(loop)
+        delays = CLOCK.delays((*stem, *loop))
+        both = [truth_of((f,), stem, loop, delays, sparing=sparing) for sparing in (False, True)]
+        more = max(len(along.letters) for along, _ in both) + 3 * len(loop)
         right = defined(f, [*stem, *loop * more][:more])
-        at = 0
-        for value in right:
-            assert truth[f][at] is value
-            at = along.after(at)
+        for along, truth in both:
+            at = 0
+            for value in right:
+                assert truth[f][at] is value
+                at = along.after(at)
         for op in ("F", "G"):
             around = apply(op, f)
             expected = true_on(around, stem, loop)
@@ -228,6 +231,46 @@ def test_earlier_letters_of_the_same_time_count() -> None:
     word = [frozenset("p"), frozenset(), frozenset({TICK})], [frozenset({TICK})]
     assert true_on(parsed("X X O[<=0ms] p && X X X !O[<=9ms] p && X X X O[<=10ms] p"), *word)
     assert true_on(parsed("X X !O[10ms:10ms] p && X X X O[10ms:10ms] p && X X X X !O[10ms:10ms] p"), *word)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("O[0:1048576] p", False),
+        ("p S[999:1000000] q", False),
+        ("H[<=10000s] !p", True),
+        ("H[0:1048576] q", True),
+        ("O[<=10000s] q && O[500ms:10000s] q", True),
+        ("q S[500ms:10000s] q", True),
+        ("p T[0:1048576] p", False),
+    ],
+)
+def test_a_long_bound_takes_few_turns_of_a_loop_that_shows_it_all(text: str, value: bool) -> None:
+    f, loop = parsed(f"F G ({text})"), [frozenset({"q", TICK})]
+    assert true_on(f, [], loop) is value
+    for sparing in (True, False) if value else (True,):
+        word, truth = truth_of((f,), [], loop, CLOCK.delays(loop), sparing=sparing)
+        assert len(word.letters) < 1100 and truth[f][0] is value
+
+
+def test_what_a_long_bound_shows_in_the_first_turn_needs_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    p, q = ([frozenset({key, TICK})] for key in KEYS)
+    monkeypatch.setattr("llfsm_verify.logic.lasso.truth_of", lambda *_, **__: pytest.fail("it unrolls the loop"))
+    assert not true_on(parsed("G H[0:1048576] !p"), p, q)
+    assert true_on(parsed("F O[<=10000s] p"), p, q)
+    monkeypatch.undo()
+    assert true_on(parsed("G H[0:100] !p"), q, q) and not true_on(parsed("F O[<=10s] p"), q, q)
+
+
+def test_the_time_limit_ends_an_evaluation(monkeypatch: pytest.MonkeyPatch) -> None:
+    passed = iter(range(10**9))
+    monkeypatch.setattr(Budget, "seconds", property(lambda _: next(passed)))
+    p, q = ([frozenset({key, TICK})] for key in KEYS)
+    for text in ("F G H[<=100s] !p", "F G O[100s:100s] q", "F G (q S[100s:100s] q)", "F G H[0:10000] !p"):
+        assert true_on(parsed(text), p, q)
+        with Budget(Limits(timeout=100.0)), pytest.raises(LimitReached, match="the time limit of 100 s was reached"):
+            true_on(parsed(text), p, q)
+        passed = iter(range(10**9))
 
 
 @pytest.mark.slow
