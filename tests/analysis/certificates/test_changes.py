@@ -97,6 +97,8 @@ HARMLESS = {
     ("prefix", "nodes"): "the same: of bad prefixes only closedness is asked, beside what any rank proves",
     ("prefix", "sets"): "the same",
     ("run", "steps"): "another run, which violates the property also",
+    ("trail",): "another run of the automaton on the same letters",
+    ("run", "loop"): "another loop of the same run, which begins where the configuration is the same",
 }
 """Changes that the verifier may accept: what it believes and what it proves are the same, by another proof. So is the
 one that gives two configurations each other's numbers, where all that is said of these holds for both."""
