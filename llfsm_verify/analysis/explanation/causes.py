@@ -12,6 +12,7 @@ from itertools import combinations, islice
 
 from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.checking.goals.goal import mask
+from llfsm_verify.limits import tick
 from llfsm_verify.logic.bounds import HIDDEN, Clock, time_bound
 from llfsm_verify.logic.formula import BOUNDED_PAST, Formula, atoms
 from llfsm_verify.logic.lasso import evaluate, looked_back, truth_of
@@ -149,6 +150,7 @@ def causes(reading: Reading, node: Formula | None = None, *, negative: bool = Fa
     seen: set[_Place] = set()
     todo: list[_Place] = [(start, at)] if reading.is_false(start, at) else []
     while todo:
+        tick()
         place = todo.pop()
         if place in seen:
             continue
