@@ -146,6 +146,8 @@ class MergingGroups(Merging):
         undecided = [r for name, r in last.items() if self._is_open(name)]
         complete = base.complete and self._faults_known and all(r.complete for r in undecided)
         explored = replace(base.exploration, complete=complete, inputs=tuple(notes.values()), longest=longest)
+        left_out = (n for n in explored.left_out if all(n in r.exploration.left_out for r in final))
+        explored = replace(explored, left_out=tuple(left_out))
         return replace(self._merged(base, engine, seconds), complete=complete, exploration=explored)
 
     def again(self, problem: Problem, reasons: Collection[str]) -> Problem | None:

@@ -26,12 +26,12 @@ _HINTS = {
     "X": "write `X[3]` for three steps",
     "U": "write `p U[<=500ms] q` or `p U[1s:2s] q` for a bound in time",
     "R": "write `p R[<=500ms] q` or `p R[1s:2s] q` for a bound in time",
-    "S": "write `p S[0:10] q` for steps, or `p S[<=500ms] q` or `p S[1s:2s] q` for time",
-    "T": "write `p T[0:10] q` for steps, or `p T[<=500ms] q` or `p T[1s:2s] q` for time",
+    "S": "write `p S[0:10] q` for steps, or `p S[<=500ms] q` or `p S[1s:2s] q` for time (in ms, s or min)",
+    "T": "write `p T[0:10] q` for steps, or `p T[<=500ms] q` or `p T[1s:2s] q` for time (in ms, s or min)",
 }
 _UNBOUNDED = frozenset("WMYZ")
 _STEP_BACK = "YZ"
-_HINT = "write `{0}[2:5]` for steps, or `{0}[<=500ms]`, `{0}[1s:2s]` or `{0}[>=1s]` for time"
+_HINT = "write `{0}[2:5]` for steps, or `{0}[<=500ms]`, `{0}[1s:2s]` or `{0}[>=1s]` for time (in ms, s or min)"
 _TIMED: dict[str, Op] = {op[0]: op for op in TIMED}
 
 

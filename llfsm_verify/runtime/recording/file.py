@@ -214,7 +214,8 @@ class Recording(Closing):
             self._file = self.path.open("rb")
         except OSError as error:
             raise self._bad(
-                f"the recording cannot be read: {error.strerror}", "name a recording of `llfsm run --record`"
+                f"the recording cannot be read: {error.strerror}",
+                "name a recording of `llfsm run --record`, or give a log its `--mapping`",
             ) from error
         try:
             self._read_header()
@@ -228,7 +229,9 @@ class Recording(Closing):
         if first not in (MAGIC, WITHOUT_CHECKSUMS):
             if first.startswith(KIND):
                 raise self._bad("the recording is of another version", "use the version of llfsm-verify that wrote it")
-            raise self._bad("this is not a recording", "name a recording of `llfsm run --record`")
+            raise self._bad(
+                "this is not a recording", "name a recording of `llfsm run --record`, or give a log its `--mapping`"
+            )
         line = self._file.readline(MOST_HEADER)
         try:
             header = json.loads(line)

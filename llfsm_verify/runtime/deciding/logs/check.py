@@ -170,14 +170,14 @@ class _Letters:
 
 
 def _number(slot: str, column: str, reader: Callable[[str], int], row: Row, path: str) -> int:
-    text = row.cells.get(column)
+    text, place = row.cells.get(column), f"{row.place}, column `{column}` (`{slot}`)"
+    if text is None:
+        hint = "write a value into the cell: `values` of a mapping cannot name an empty one"
+        raise DiagnosticError(Diagnostic(UNREADABLE, f"{place}: the cell has no value", file=path, hint=hint))
     try:
-        if text is None:
-            raise ValueProblem("the cell has no value")
         return reader(text)
     except ValueProblem as problem:
-        message = f"{row.place}, column `{column}` (`{slot}`): {problem}"
-        raise DiagnosticError(Diagnostic(UNREADABLE, message, file=path, hint=HINT)) from None
+        raise DiagnosticError(Diagnostic(UNREADABLE, f"{place}: {problem}", file=path, hint=HINT)) from None
 
 
 HINT = "say under `columns` in the mapping what its cells mean, or correct the log"
