@@ -225,8 +225,8 @@ def _why(arrangement: Arrangement, operator: str) -> str:
 
 
 def _hint(arrangement: Arrangement, operator: str) -> str:
-    name = operator.partition("[")[0].strip()
-    steps = f"count steps (`p {name}[0:5] q`)" if name in "U R W M S T" else f"count steps (`{name}[0:5] p`)"
+    name = operator.partition("[")[0].strip() if "[" in operator else "F"  # else it is the time of a pattern
+    steps = f"count steps (`p {name}[0:5] q`)" if name in ("U", "R", "S", "T") else f"count steps (`{name}[0:5] p`)"
     if arrangement.timing == "untimed":
         return f"{steps}, or write `cycle_ms: …` instead of `timing: untimed` into the arrangement"
     if len(arrangement.processes) > 1:

@@ -276,6 +276,9 @@ def test_an_untimed_arrangement_has_no_time() -> None:
     assert "`F [<= 2s]` asks for time, and this arrangement is untimed" in first[3]
     assert "F[0:5] p" in first[4] and "cycle_ms" in first[4]
     assert verdicts(text, "a: G (m@WAIT -> F[0:0] m@WAIT)") == {"a": "holds"}
+    for asked, meant in (("G O[<=2s] m@A", "O[0:5] p"), ("m@A S[<=2s] m@A", "p S[0:5] q")):
+        assert f"(`{meant}`)" in refused(text, f"a: {asked.replace('m@A', 'm@DONE')}")[0][4]
+    assert "(`F[0:5] p`)" in refused(text, "a: m@DONE responds to m@WAIT within 300ms")[0][4]
 
 
 def test_the_period_must_be_known() -> None:
