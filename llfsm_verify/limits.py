@@ -161,7 +161,7 @@ _BUDGET: ContextVar[Budget | None] = ContextVar("budget", default=None)
 
 
 def budget_in_force() -> Budget | None:
-    """That of the innermost `with`; None: there is none, or the work is unlimited."""
+    """That of the innermost `with`; None where no `with` has one, or the work is unlimited."""
     return _BUDGET.get()
 
 

@@ -58,8 +58,8 @@ class Stamped:
         """The end of the window by which it was decided, if it was by one."""
 
     def read(self, letter: Letter, stamp: Fraction) -> bool | None:
-        """The verdict after a further letter, whose stamp is none of before; None: not yet. Unstamped: too much is
-        left over."""
+        """The verdict after a further letter, whose stamp is not before the last one; None: not yet.
+        Unstamped: too much is left over."""
         for end in sorted({high for low, high in map(_window, _open(self.rest)) if high is not None and high < stamp}):
             self.rest = _ended(self.rest, end)
             if self.rest in (TRUE, FALSE):

@@ -84,7 +84,7 @@ class Forgetting:
 
 
 def forgetting(program: Program) -> Forgetting:
-    """The program without dead values; itself where there are none. Time is about linear in its size."""
+    """The program without dead values, which may be the same one. Time is about linear in its size."""
     return _Forgetter(program).made()
 
 

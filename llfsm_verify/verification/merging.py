@@ -145,9 +145,10 @@ class MergingGroups(Merging):
         longest = next((r.exploration.longest for r in final if r.exploration.longest is not None), None)
         undecided = [r for name, r in last.items() if self._is_open(name)]
         complete = base.complete and self._faults_known and all(r.complete for r in undecided)
-        explored = replace(base.exploration, complete=complete, inputs=tuple(notes.values()), longest=longest)
-        left_out = (n for n in explored.left_out if all(n in r.exploration.left_out for r in final))
-        explored = replace(explored, left_out=tuple(left_out))
+        left_out = tuple(n for n in base.exploration.left_out if all(n in r.exploration.left_out for r in final))
+        explored = replace(
+            base.exploration, complete=complete, left_out=left_out, inputs=tuple(notes.values()), longest=longest
+        )
         return replace(self._merged(base, engine, seconds), complete=complete, exploration=explored)
 
     def again(self, problem: Problem, reasons: Collection[str]) -> Problem | None:

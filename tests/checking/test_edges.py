@@ -252,7 +252,7 @@ def test_an_edge_that_never_happens_is_found() -> None:
 
 @pytest.mark.parametrize("assumption", ["", "\nassume e: G F b", "\nassume e: G !rose(lit)"])
 def test_an_edge_that_no_configuration_shows_is_found_under_assumptions_too(assumption: str) -> None:
-    """Those that only the assumptions leave out are none of these."""
+    """An edge that only the assumptions leave out is not among these."""
     lines = f"p: F G !b || G (rose(n == 3 && m@OFF && n == 0) || F b) && G (!rose(lit) || n < 9){assumption}"
     (p,) = verify(load_arrangement_text(BUTTONS), parse_properties([Source("p", lines)])).properties
     assert p.verdict is Verdict.HOLDS

@@ -92,9 +92,9 @@ class BoundedSearch:
         self.assumed = [claim_of(p, problem.clock) for p in problem.assumptions]
         self.fair = [*add_premises(self.program), *unconditional(self.program)]
         self.faults: dict[int, Violated] = {}
-        self.unperformed = ""
-        """Why the first of the runs into a fault that the executor cannot perform is none."""
         """By the number of the fault: a run that ends in it, confirmed, since the executor's numbers have an end."""
+        self.unperformed = ""
+        """Why the executor cannot perform the first run into a fault that it refuses."""
         self.effort = SolverBudget(given.options.effort)
         """What is left of the work that solvers may do."""
         self._fault_question = Question(finite=self._finite, total=self.effort)

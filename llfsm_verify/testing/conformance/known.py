@@ -74,7 +74,7 @@ _FILE: dict[str, Any] = yaml.load(_TEXT, getattr(yaml, "CSafeLoader", yaml.SafeL
 
 
 def arrangement_text(name: str, **values: str) -> str:
-    """The arrangement of this name, with `values` where its text has `$key`. KeyError: there is none, or no value."""
+    """The arrangement of this name, with `values` where its text has `$key`. KeyError: a name or value is missing."""
     return Template(_FILE["arrangements"][name]).substitute(values)
 
 
