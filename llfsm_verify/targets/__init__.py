@@ -1,0 +1,28 @@
+"""Arrangements as programs for machines where neither Python nor LLVM is.
+
+What a user writes, and what that prints:
+
+    $ llfsm build models/microwave/arrangement.yaml --target c --for none --output oven
+    written: oven/microwave.h
+    written: oven/microwave.c
+
+    Call microwave_cycle once in 1000 ms.
+
+Mistakes:
+
+    models/level_crossing/machines.yaml: E503 a process for each: one image runs one schedule
+    models/batman/arrangement.yaml:19:3: E503 `wander` stands for something else (`model: true`)
+    oven: E505 microwave.c is there, and not written by `llfsm build`
+"""
+
+from typing import Final
+
+IMPOSSIBLE: Final = "E503"
+SAME_NAME: Final = "E504"
+UNWRITABLE: Final = "E505"
+
+CODES: Final = {
+    IMPOSSIBLE: "An arrangement, or a part of it, has no meaning in one image of a target.",
+    SAME_NAME: "Two names of an arrangement are one and the same in the language of a target.",
+    UNWRITABLE: "The files of a target cannot be written there, or would replace others.",
+}

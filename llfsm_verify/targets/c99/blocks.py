@@ -1,0 +1,562 @@
+"""Blocks of a step program as bodies of C functions.
+
+A number is computed as `numbers` says. What may fail, and what would be nested too deeply for a compiler or a reader,
+becomes a statement of its own before the statement that needs it. Expressions and blocks are walked by generators that
+yield what is to be done first (`performed`), so that depth is never a crash.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+from llfsm_verify.program.program import (
+    INT64_MAX,
+    INT64_MIN,
+    Block,
+    Const,
+    Emit,
+    Expr,
+    Fault,
+    Get,
+    If,
+    Int,
+    Ite,
+    Let,
+    Local,
+    Op,
+    OpName,
+    Sample,
+    Set,
+    Stmt,
+    Switch,
+    Type,
+)
+from llfsm_verify.program.terms import fits
+from llfsm_verify.program.trees import branches
+from llfsm_verify.targets.c99.names import KEPT, Names, identifier
+from llfsm_verify.targets.c99.numbers import BITS, KINDS, RAW, WIDE, Number, holds, kind_of, literal, written
+
+T = TypeVar("T")
+Work = Generator[Any, Any, T]
+"""Yields work that is to be done first, and gets its result."""
+
+DEEPEST = 10
+"""Operations within each other in one expression."""
+_SIGNS: dict[OpName, str] = {"add": "+", "sub": "-", "mul": "*", "div": "/", "mod": "%"}
+_COMPARISONS: dict[OpName, str] = {"eq": "==", "ne": "!=", "lt": "<", "le": "<=", "gt": ">", "ge": ">="}
+_ACTIONS = {"entry": "on_entry", "exit": "on_exit"}
+
+
+def performed(work: Work[T]) -> T:
+    """The result of work, and of all that it yields."""
+    stack, given = [work], None
+    while True:
+        try:
+            stack.append(stack[-1].send(given))
+            given = None
+        except StopIteration as done:
+            stack.pop()
+            given = done.value
+            if not stack:
+                return given  # type: ignore[no-any-return]
+
+
+def comment(text: str) -> str:
+    """A comment of one line, whatever the text is."""
+    plain = " ".join(text.split()).replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?").rstrip("\\")
+    return f"/* {plain} */"
+
+
+def _call(name: str, *arguments: str) -> str:
+    return f"{name}({', '.join(arguments)})"
+
+
+def _truth(number: Number) -> Number:
+    if number.value is not None:
+        return Number("true" if number.value else "false", "bool", 0, 1, value=number.value)
+    if number.type == "bool":
+        return number
+    text = f"{number.operand}.low" if number.type == WIDE else number.operand
+    return Number(f"{text} != 0", "bool", 0, 1, False, depth=number.depth)
+
+
+class BlockText:
+    """Writes the body of one function, which may call those of `texts`."""
+
+    def __init__(self, names: Names) -> None:
+        self._names = names
+        self._choices = {c.name: c for c in names.program.choices}
+        self._lines: list[str] = []
+        self._top: list[str] = []
+        self._locals: dict[str, Number] = {}
+        self._once: set[str] = set()
+        self._used: set[str] = set(KEPT)
+
+    def text(self, block: Block) -> list[str]:
+        """The lines of the body."""
+        self._once = _assigned_once(block)
+        performed(self._block(block))
+        return _without_unread([*self._top, *self._lines], self._used - KEPT)
+
+    # ------------------------------------------------------------ lines
+
+    def _line(self, text: str) -> None:
+        self._lines.append(text)
+
+    def _fail(self, condition: str, status: str, why: str = "") -> None:
+        self._lines += [f"if ({condition}) {{", f"    return {status};{' ' * bool(why)}{why}", "}"]
+
+    def _overflow(self, condition: str) -> None:
+        self._fail(condition, f"{self._names.prefix}_OVERFLOW")
+
+    @contextmanager
+    def _inside(self) -> Iterator[list[str]]:
+        """Lines that are collected apart, one level deeper."""
+        outside, self._lines = self._lines, []
+        inside = self._lines
+        try:
+            yield inside
+        finally:
+            self._lines = outside
+            inside[:] = [f"    {line}" for line in inside]
+
+    def _fresh(self, wanted: str) -> str:
+        name, number = identifier(wanted), 1
+        while name in self._used:
+            number += 1
+            name = f"{identifier(wanted)}_{number}"
+        self._used.add(name)
+        return name
+
+    def _named(self, number: Number) -> Number:
+        """The same, computed before."""
+        kind = kind_of(number.low, number.high) if number.type == RAW else number.type
+        name = self._fresh("part")
+        self._line(f"const {kind} {name} = {self._as(number, kind).text};")
+        return Number(name, kind, number.low, number.high)
+
+    def _made(self, number: Number) -> Number:
+        return self._named(number) if number.depth > DEEPEST else number
+
+    # ------------------------------------------------------------ conversions
+
+    def _as(self, number: Number, kind: str) -> Number:
+        """The same value in another type, which has it."""
+        low, high, depth = number.low, number.high, number.depth
+        if number.value is not None:
+            return Number(written(number.value, kind), kind, low, high)
+        if number.type in (kind, "enumerator"):
+            return number
+        if kind == "bool":
+            return _truth(number)
+        if kind == WIDE:
+            text = _call("wide_signed", self._as(number, "int64_t").text)
+            return Number(text, WIDE, low, high, depth=depth)
+        if number.type == WIDE:
+            text = f"{number.operand}.low"
+            if kind == "uint64_t":
+                return Number(text, kind, low, high, depth=depth)
+            text = _call("signed64", text)
+            return Number(text if kind == "int64_t" else f"({kind}){text}", kind, low, high, depth=depth)
+        return Number(f"({kind}){number.operand}", kind, low, high, depth=depth)
+
+    def _held(self, number: Number, kind: Type) -> Number:
+        """As values of a type are held; an `int` that does not fit ends the step."""
+        if isinstance(kind, Int):
+            if kind.boolean and number.low >= 0 and number.high <= 1:
+                return self._as(number, "bool")
+            return self._as(number, kind_of(kind.low, kind.high))
+        return self._int(number)
+
+    def _int(self, number: Number) -> Number:
+        """As an `int`. One that does not fit ends the step."""
+        if number.value is not None and not INT64_MIN <= number.value <= INT64_MAX:
+            self._overflow("true")
+            return literal(0)
+        if number.type == WIDE:
+            number = self._named(number)
+            self._overflow(f"!{_call('wide_fits', number.text, number.signed)}")
+        low, high = max(number.low, INT64_MIN), min(number.high, INT64_MAX)
+        made = self._as(number, "int64_t")
+        return Number(made.text, made.type, low, high, made.simple, made.value, made.depth)
+
+    # ------------------------------------------------------------ expressions
+
+    def _value(self, expression: Expr) -> Work[Number]:
+        match expression:
+            case Const(value, _):
+                if not fits(value, value):
+                    self._overflow("true")
+                    value = 0
+                return literal(value)
+            case Local() as local:
+                return self._locals[local.name]
+            case Get(name, None, _):
+                return self._names.load(name)
+            case Get(name, index, _):
+                assert index is not None
+                position = self._as((yield self._value(index)), "size_t").text
+                return self._names.load(name, position)
+            case Op(op, args, _):
+                given: list[Number] = []
+                for argument in args:
+                    given.append((yield self._value(argument)))  # noqa: PERF401 - a comprehension cannot yield
+                if op in ("eq", "ne"):
+                    given = self._enumerators(args, given)
+                return self._made(self._apply(expression, given))
+            case Ite():
+                chosen: Number = yield self._either(expression)
+                return chosen
+        raise ValueError(f"unknown expression {expression}")
+
+    def _enumerators(self, args: Sequence[Expr], given: list[Number]) -> list[Number]:
+        """With the name of a value that a variable is compared with."""
+        for i, j in ((0, 1), (1, 0)):
+            variable, constant = args[i], args[j]
+            if isinstance(variable, Get) and isinstance(constant, Const):
+                name = self._names.value_name(variable.var, constant.value)
+                if name is not None:
+                    given[j] = Number(name, "enumerator", constant.value, constant.value)
+        return given
+
+    def _either(self, ite: Ite) -> Work[Number]:
+        condition = _truth((yield self._value(ite.condition)))
+        if condition.value is not None:
+            chosen: Number = yield self._value(ite.then if condition.value else ite.otherwise)
+            return chosen if isinstance(ite.type, Int) else self._int(chosen)
+        sides: list[tuple[Number, list[str]]] = []
+        for side in (ite.then, ite.otherwise):
+            with self._inside() as lines:
+                number: Number = yield self._value(side)
+                number = number if isinstance(ite.type, Int) else self._int(number)
+            sides.append((number, lines))
+        (then, first), (otherwise, second) = sides
+        low, high = min(then.low, otherwise.low), max(then.high, otherwise.high)
+        truth = all(n.type == "bool" or n.value in (0, 1) for n in (then, otherwise)) and low >= 0 and high <= 1
+        kind = "bool" if truth else kind_of(low, high)
+        texts = [self._as(n, kind) for n in (then, otherwise)]
+        if not first and not second:
+            if texts[0].text == texts[1].text:
+                return texts[0]
+            text = f"{condition.operand} ? {texts[0].operand} : {texts[1].operand}"
+            depth = 1 + max(condition.depth, then.depth, otherwise.depth)
+            raw = RAW if kind == "int16_t" else kind
+            return self._made(Number(text, raw, low, high, False, depth=depth))
+        name = self._fresh("part")
+        self._line(f"{kind} {name};")
+        self._lines += [f"if ({condition.text}) {{", *first, f"    {name} = {texts[0].text};", "} else {"]
+        self._lines += [*second, f"    {name} = {texts[1].text};", "}"]
+        return Number(name, kind, low, high)
+
+    def _apply(self, operation: Op, args: Sequence[Number]) -> Number:
+        op, kind = operation.op, operation.type
+        depth = 1 + max(a.depth for a in args)
+        if op in ("and", "or", "xor", "not"):
+            return self._logic(op, [_truth(a) for a in args], depth)
+        if op in _COMPARISONS:
+            return self._compare(op, args[0], args[1], depth)
+        if not isinstance(kind, Int):
+            return self._checked(op, [self._int(a) for a in args], depth)
+        if op == "wrap":
+            return self._wrap(args[0], kind, depth)
+        low, high = kind.low, kind.high
+        if op in ("div", "mod") and args[1].low == args[1].high == 0:
+            return literal(0)  # nothing gets here
+        computed = kind_of(min(low, *(a.low for a in args)), max(high, *(a.high for a in args)))
+        if computed == WIDE:
+            made = Number(self._wide(op, args, high), WIDE, low, high, depth=depth)
+            return self._as(made, "int64_t") if holds("int64_t", low, high) else made
+        return self._plain(op, args, kind, computed, depth)
+
+    def _plain(self, op: OpName, args: Sequence[Number], kind: Int, computed: str, depth: int) -> Number:
+        """Arithmetic of up to 64 bits."""
+        low, high = kind.low, kind.high
+        if op == "mod" and args[1].low <= -1 <= args[1].high and args[0].low == -(1 << BITS[computed] - 1):
+            if computed == "int64_t":
+                both = (self._as(a, computed).text for a in args)
+                return Number(_call("mod64", *both), computed, low, high, depth=depth)
+            computed = KINDS[KINDS.index(computed) + 1]
+        seen = op in ("div", "mod") and args[1].low <= 0 <= args[1].high and args[1].depth
+        if op in ("min", "max", "abs") or seen:  # compilers warn of divisors that they see to be 0, in what never runs
+            texts = (self._as(a, computed).text for a in args)
+            return Number(_call(f"{op}_{BITS[computed]}", *texts), computed, low, high, depth=depth)
+        operands = [self._as(a, computed).operand for a in args]
+        text = f"-{operands[0]}" if op == "neg" else f" {_SIGNS[op]} ".join(operands)
+        return Number(text, RAW if computed == "int16_t" else computed, low, high, False, depth=depth)
+
+    def _logic(self, op: OpName, args: Sequence[Number], depth: int) -> Number:
+        if op == "not":
+            (only,) = args
+            if only.value is not None:
+                return _truth(literal(1 - only.value))
+            return Number(f"!{only.operand}", "bool", 0, 1, depth=depth)
+        left, right = args
+        sign = {"and": "&&", "or": "||", "xor": "!="}[op]
+        for known, other in ((left, right), (right, left)):
+            if known.value is not None:
+                if op == "xor":
+                    return self._logic("not", [other], depth) if known.value else other
+                return other if bool(known.value) == (op == "and") else known
+        if left.text == right.text:
+            return _truth(literal(0)) if op == "xor" else left
+        return Number(f"{left.operand} {sign} {right.operand}", "bool", 0, 1, False, depth=depth)
+
+    def _compare(self, op: OpName, left: Number, right: Number, depth: int) -> Number:
+        known = _decided(op, left, right)
+        if known is not None:
+            return _truth(literal(int(known)))
+        if op in ("eq", "ne"):
+            for truth, other in ((left, right), (right, left)):
+                if truth.type == "bool" and other.value is not None:
+                    return truth if bool(other.value) == (op == "eq") else self._logic("not", [truth], depth)
+        if left.type == right.type == "bool" and op in ("eq", "ne"):
+            return Number(f"{left.operand} {_COMPARISONS[op]} {right.operand}", "bool", 0, 1, False, depth=depth)
+        kind = kind_of(min(left.low, right.low), max(left.high, right.high))
+        if kind != WIDE:
+            texts = [self._as(n, kind).operand for n in (left, right)]
+            return Number(f" {_COMPARISONS[op]} ".join(texts), "bool", 0, 1, False, depth=depth)
+        sides = [(self._as(n, WIDE).text, n.signed) for n in (left, right)]
+        if op in ("gt", "le"):
+            sides.reverse()
+        name = "wide_equal" if op in ("eq", "ne") else "wide_less"
+        text = _call(name, *sides[0], *sides[1])
+        return Number(f"{'!' * (op in ('ne', 'le', 'ge'))}{text}", "bool", 0, 1, depth=depth)
+
+    def _checked(self, op: OpName, args: Sequence[Number], depth: int) -> Number:
+        """Arithmetic of an `int`."""
+        low, high = INT64_MIN, INT64_MAX
+        texts = [a.text for a in (self._as(a, "int64_t") for a in args)]
+        if op in ("min", "max"):
+            return Number(_call(f"{op}_64", *texts), "int64_t", low, high, depth=depth)
+        if op in ("div", "mod") and args[1].low == args[1].high == 0:
+            return literal(0)  # nothing gets here
+        if op == "mod":
+            return Number(_call("mod64", *texts), "int64_t", low, high, depth=depth)
+        if op == "neg":
+            op, texts = "sub", ["0", *texts]
+        name = self._fresh("part")
+        self._line(f"int64_t {name};")
+        self._overflow(f"!{_call(f'{op}64', *texts, f'&{name}')}")
+        return Number(name, "int64_t", low, high)
+
+    def _wrap(self, number: Number, kind: Int, depth: int) -> Number:
+        low, high, size = kind.low, kind.high, kind.high - kind.low + 1
+        if high > INT64_MAX:
+            word = f"{self._word(number, 64)} - {written(low, 'uint64_t')}" if low else self._word(number, 64)
+            if size < 1 << 64:
+                word = f"({word}) & {written(size - 1, 'uint64_t')}"
+            made = _call("wide_of", "0", word)
+            if low:
+                made = _call("wide_add", made, self._as(literal(low), WIDE).text)
+            return Number(made, WIDE, low, high, depth=depth)
+        bits = 32 if holds("int32_t", min(low, number.low), max(high, number.high)) else 64
+        constants = (written(n % (1 << bits), f"uint{bits}_t") for n in (low, size - 1))
+        text = _call(f"wrap{bits}", self._word(number, bits), *constants)
+        return Number(text, f"int{bits}_t", low, high, depth=depth)
+
+    def _word(self, number: Number, bits: int) -> str:
+        """The lowest bits of a number, without a sign."""
+        if number.value is not None:
+            return written(number.value % (1 << bits), f"uint{bits}_t")
+        if number.type == RAW:
+            number = self._as(number, "int16_t")
+        return self._as(number, f"uint{bits}_t").text
+
+    def _wide(self, op: OpName, args: Sequence[Number], high: int) -> str:
+        """Arithmetic of 128 bits. All its sides and its result have a sign, or none has."""
+        texts = [self._as(a, WIDE).text for a in args]
+        signed = "false" if max(high, *(a.high for a in args)) >= 1 << 127 else "true"
+        if op in ("min", "max"):
+            return _call(f"wide_{op}", texts[0], signed, texts[1], signed)
+        return _call(f"wide_{op}", *texts, *([signed] if op in ("div", "mod", "abs") else []))
+
+    # ------------------------------------------------------------ statements
+
+    def _block(self, block: Block, *, nested: bool = False) -> Work[None]:
+        for number, statement in enumerate(block):
+            following = block[number + 1] if number + 1 < len(block) else None
+            if isinstance(statement, Let) and isinstance(following, Emit) and following.kind == "guard":
+                self._line(self._told(following))
+            yield self._statement(statement, nested=nested)
+
+    def _statement(self, statement: Stmt, *, nested: bool) -> Work[None]:
+        match statement:
+            case Set():
+                yield self._store(statement)
+            case Let(local, value):
+                number: Number = yield self._value(value)
+                self._assign(local, self._held(number, local.type), nested=nested)
+            case Sample(local, choice):
+                self._assign(local, self._names.sample(self._choices[choice]), nested=nested)
+            case If():
+                yield self._if(statement)
+            case Switch():
+                yield self._switch(statement)
+            case Fault(fault, when):
+                site = self._names.program.faults[fault]
+                where = "" if site.span is None else f"{site.span}: "
+                condition = _truth((yield self._value(when)))
+                if condition.value != 0:
+                    self._fail(condition.text, str(fault + 1), comment(f"{where}{site.code} {site.message}"))
+            case Emit() as emit:
+                told = self._told(emit)
+                if told and emit.kind != "guard":
+                    self._line(told)
+
+    def _told(self, emit: Emit) -> str:
+        """The comment on what happens there."""
+        machine = self._names.program.machines[emit.machine]
+        numbers = [argument.value if isinstance(argument, Const) else None for argument in emit.args]
+        if emit.kind == "guard" and len(numbers) > 1 and numbers[0] is not None and numbers[1] is not None:
+            transitions = machine.transitions[numbers[0]] if numbers[0] < len(machine.transitions) else ()
+            if numbers[1] < len(transitions):
+                span = transitions[numbers[1]].span
+                where = "" if span is None else f"{span}: "
+                return comment(f"{where}{machine.transition_text(numbers[0], numbers[1])}")
+        if emit.kind in ("entry", "exit", "internal", "on_suspend", "on_resume"):
+            return comment(_ACTIONS.get(emit.kind, emit.kind))
+        return comment(emit.kind) if emit.kind in ("suspend", "resume", "restart", "load", "unload", "refused") else ""
+
+    def _store(self, store: Set) -> Work[None]:
+        number: Number = yield self._value(store.value)
+        field = self._names.fields[store.var]
+        index = ""
+        if store.index is not None:
+            index = f"[{self._as((yield self._value(store.index)), 'size_t').text}]"
+        if not isinstance(field.var.type, Int):
+            number = self._int(number)
+        name = None if number.value is None else self._names.value_name(store.var, number.value)
+        self._line(f"state->{field.path}{index} = {name or self._as(number, field.type).text};")
+
+    def _assign(self, local: Local, number: Number, *, nested: bool) -> None:
+        kind = local.type
+        held = self._as(number, _type_of(kind))
+        if local.name in self._locals:
+            self._line(f"{self._locals[local.name].text} = {held.text};")
+            return
+        name = self._fresh(local.name)
+        low, high = (kind.low, kind.high) if isinstance(kind, Int) else (INT64_MIN, INT64_MAX)
+        self._locals[local.name] = Number(name, held.type, low, high)
+        if not nested:
+            self._line(f"{'const ' * (local.name in self._once)}{held.type} {name} = {held.text};")
+        else:
+            self._top.append(f"{held.type} {name} = {self._as(literal(0), held.type).text};")
+            self._line(f"{name} = {held.text};")
+
+    def _if(self, statement: If) -> Work[None]:
+        condition = _truth((yield self._value(statement.condition)))
+        if condition.value is not None:
+            chosen = statement.then if condition.value else statement.otherwise
+            yield self._block(chosen, nested=True)
+            return
+        with self._inside() as then:
+            yield self._block(statement.then, nested=True)
+        with self._inside() as otherwise:
+            yield self._block(statement.otherwise, nested=True)
+        if has_code(then):
+            self._lines += [f"if ({condition.text}) {{", *then]
+            self._lines += ["} else {", *otherwise, "}"] if has_code(otherwise) else ["}"]
+        elif has_code(otherwise):
+            opposite = self._logic("not", [condition], 0)
+            self._lines += [f"if ({opposite.text}) {{", *otherwise, "}"]
+
+    def _switch(self, statement: Switch) -> Work[None]:
+        number: Number = yield self._value(statement.value)
+        if number.value is not None:
+            yield self._block(dict(statement.cases).get(number.value, statement.default), nested=True)
+            return
+        if number.type == WIDE:
+            number = self._named(number)
+        elif number.type in (RAW, "bool"):
+            number = self._as(number, kind_of(number.low, number.high))
+        arms: list[tuple[int | None, list[str]]] = []
+        for key, block in (*statement.cases, (None, statement.default)):
+            with self._inside() as lines:
+                yield self._block(block, nested=True)
+            if key is None or number.low <= key <= number.high:
+                arms.append((key, lines))
+        if not any(has_code(lines) for _, lines in arms):
+            return
+        if number.type == WIDE:
+            self._chain(number, arms)
+            return
+        self._line(f"switch ({number.text}) {{")
+        variable = statement.value.var if isinstance(statement.value, Get) else ""
+        for key, lines in arms:
+            name = (self._names.value_name(variable, key) if variable and key is not None else None) or key
+            head = "default:" if key is None else f"case {name}:"
+            self._lines += [f"{head} {{", *lines, "    break;", "}"] if has_code(lines) else [head, "    break;"]
+        self._line("}")
+
+    def _chain(self, number: Number, arms: Sequence[tuple[int | None, list[str]]]) -> None:
+        """A decision on 128 bits."""
+        for position, (key, lines) in enumerate(arms):
+            if key is None:
+                self._lines += ["} else {" if position else "{", *lines, "}"]
+                continue
+            constant = literal(key)
+            same = _call("wide_equal", number.text, number.signed, self._as(constant, WIDE).text, constant.signed)
+            self._lines += [f"{'} else ' if position else ''}if ({same}) {{", *lines]
+
+
+def has_code(lines: Sequence[str]) -> bool:
+    """Whether some line is no comment."""
+    return any(not line.lstrip().startswith("/*") for line in lines)
+
+
+def _type_of(kind: Type) -> str:
+    """The type of a local."""
+    if not isinstance(kind, Int):
+        return "int64_t"
+    return "bool" if kind.boolean else kind_of(kind.low, kind.high)
+
+
+def _decided(op: OpName, left: Number, right: Number) -> bool | None:
+    """The truth of a comparison, where the intervals or equal texts tell it."""
+    if left.text == right.text and left.value is None:
+        return op in ("eq", "le", "ge")
+    less, equal, more = left.low < right.high, left.high >= right.low and left.low <= right.high, left.high > right.low
+    possible = {"eq": (equal,), "ne": (less, more), "lt": (less,), "le": (less, equal), "gt": (more,)}
+    if not any(possible.get(op, (more, equal))):
+        return False
+    opposite = {"eq": (less, more), "ne": (equal,), "lt": (more, equal), "le": (more,), "gt": (less, equal)}
+    same_point = left.low == left.high == right.low == right.high
+    if same_point:
+        return op in ("eq", "le", "ge")
+    return None if any(opposite.get(op, (less,))) else True
+
+
+def _assigned_once(block: Block) -> set[str]:
+    """The locals to which one statement assigns."""
+    counts: dict[str, int] = {}
+    todo: list[Stmt] = list(block)
+    while todo:
+        statement = todo.pop()
+        if isinstance(statement, Let | Sample):
+            counts[statement.local.name] = counts.get(statement.local.name, 0) + 1
+        elif isinstance(statement, If | Switch):
+            todo += [s for branch in branches(statement) for s in branch]
+    return {name for name, count in counts.items() if count == 1}
+
+
+def _without_unread(lines: list[str], names: set[str]) -> list[str]:
+    """The lines without those that only give values to names which nothing reads."""
+    while True:
+        counts = dict.fromkeys(names, 0)
+        given: dict[str, str] = {}
+        for line in lines:
+            head = re.match(r"\s*(?:(?:const )?\w+ )?(\w+)(?: = |;\Z)", line)
+            rest = line.partition("/*")[0]
+            if head is not None and head[1] in names and not line.lstrip().startswith("return "):
+                given[line] = head[1]
+                rest = rest[head.end() :]
+            for word in re.findall(r"(?<![>.\w])[A-Za-z_]\w*", rest):
+                if word in counts:
+                    counts[word] += 1
+        kept = [line for line in lines if line not in given or counts[given[line]]]
+        if len(kept) == len(lines):
+            return lines
+        lines = kept

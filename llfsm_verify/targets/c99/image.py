@@ -1,0 +1,329 @@
+"""A step program of one process as C99: a header and a source, with a function for each state."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from dataclasses import field as with_default
+
+from llfsm_verify.program.program import Block, Int, Program, Slot, Type
+from llfsm_verify.targets.c99.blocks import BlockText, comment, has_code
+from llfsm_verify.targets.c99.names import Field, Names, identifier
+from llfsm_verify.targets.c99.numbers import stored_as, written
+from llfsm_verify.targets.c99.texts import runtime
+from llfsm_verify.values import Value, element_names, value_text
+
+MARK = "Written by `llfsm build`; do not edit."
+OK, ENDED, OVERFLOW, BAD_INPUT, CORRUPT = "OK", "ENDED", "OVERFLOW", "BAD_INPUT", "CORRUPT"
+STATUSES = {
+    OK: (0, "the ringlet, or the cycle, is complete"),
+    ENDED: (-1, "all machines have finished"),
+    OVERFLOW: (-2, "an `int` would have left 64 bits"),
+    BAD_INPUT: (-3, "an input is outside its range; nothing has changed, and the next call may be better"),
+    CORRUPT: (-4, "the state names no state of a machine"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Meaning:
+    """What a program does not say of its arrangement: its outputs, their safe values, names of enumerations by their
+    values, and where it came from."""
+
+    outputs: Collection[str] = ()
+    safe: Mapping[str, Value] = with_default(default_factory=dict)
+    enumerations: Mapping[tuple[str, ...], str] = with_default(default_factory=dict)
+    source: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Function:
+    """A function for a block: its text, and how it is called."""
+
+    name: str
+    text: str
+    arguments: str
+    fails: bool
+
+
+class Image:
+    """The C of one program. ValueError: it has several processes. DiagnosticError (E504): see `Names`."""
+
+    def __init__(self, program: Program, meaning: Meaning | None = None) -> None:
+        if len(program.processes) != 1:
+            raise ValueError("an image has one process")
+        self.program = program
+        self.meaning = meaning or Meaning()
+        self.names = Names(program, self.meaning.outputs, self.meaning.enumerations)
+        self.prefix = self.names.prefix
+        self._functions: list[_Function] = []
+
+    # ------------------------------------------------------------ the header
+
+    def header(self) -> str:
+        """NAME.h."""
+        p, guard = self.prefix, f"{self.prefix.upper()}_H"
+        free = any(v.free for v in self.program.vars)
+        parts = [
+            f"{comment(f'{self.program.name}. {MARK}')}",
+            *([comment(f"From {self.meaning.source}.")] if self.meaning.source else []),
+            f"#ifndef {guard}\n#define {guard}\n\n#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n",
+            '#ifdef __cplusplus\nextern "C" {\n#endif\n',
+            f"{comment('Of the structs below; ' + p + '_layout() tells that of the compiled source.')}",
+            f"#define {p}_LAYOUT UINT32_C(0x{self.layout():08x})",
+            *self._period(),
+            "",
+            *self._statuses(),
+            *self._enumerations(),
+            *self._inputs(),
+            *self._state(),
+            comment("The beginning. " + ("Values of inputs that never change may be stored after it." * free)),
+            f"void {p}_init({p}_state *state);\n",
+            comment("One ringlet: that of the machine whose turn it is."),
+            f"{p}_status {p}_step({p}_state *state, const {p}_inputs *inputs);\n",
+            comment("The ringlets of a cycle, with the inputs held."),
+            f"{p}_status {p}_cycle({p}_state *state, const {p}_inputs *inputs);\n",
+            comment("Outputs that have safe values get them; so they do after a fault."),
+            f"void {p}_safe({p}_state *state);\n",
+            f"uint32_t {p}_layout(void);\n",
+            "#ifdef __cplusplus\n}\n#endif\n\n#endif",
+        ]
+        return "\n".join(parts) + "\n"
+
+    def _period(self) -> Iterator[str]:
+        if self.program.period is not None:
+            period = self.program.period * 1_000_000
+            yield comment("Nanoseconds of a cycle. Clocks count cycles and stop at their bounds: nothing wraps around.")
+            yield f"#define {self.prefix}_PERIOD_NS {written(int(period), 'uint64_t')}"
+
+    def _statuses(self) -> Iterator[str]:
+        wide = "int16_t" if len(self.program.faults) < 1 << 15 else "int32_t"
+        yield f"typedef {wide} {self.prefix}_status;"
+        for name, (value, about) in STATUSES.items():
+            yield f"#define {self.prefix}_{name} {written(value, 'int16_t')} {comment(about)}"
+        if self.program.faults:
+            yield comment("Faults:")
+        for number, site in enumerate(self.program.faults, 1):
+            where = "" if site.span is None else f"{site.span}: "
+            yield comment(f"{number}: {where}{site.code} {site.message}")
+        yield ""
+
+    def _enumerations(self) -> Iterator[str]:
+        for name, labels in self.names.enumerations.items():
+            yield "typedef enum {\n" + ",\n".join(f"    {label}" for label in labels) + f"\n}} {name};\n"
+
+    def _inputs(self) -> Iterator[str]:
+        yield "typedef struct {"
+        for choice in self.program.choices:
+            kind = self.names.enumeration("", choice.labels)
+            about = _about(choice.type, choice.labels, kind)
+            yield f"    {stored_as(choice.type)} {self.names.inputs[choice.name]};{about}"
+        if not self.program.choices:
+            yield "    uint8_t none; /* there are no inputs */"
+        yield f"}} {self.prefix}_inputs;\n"
+
+    def _state(self) -> Iterator[str]:
+        groups: dict[str, list[Field]] = {}
+        for field in self.names.fields.values():
+            groups.setdefault(field.group, []).append(field)
+        if "outputs" in groups:
+            yield f"typedef struct {{\n{self._members(groups['outputs'], 1)}\n}} {self.prefix}_outputs;\n"
+        yield "typedef struct {"
+        for group, fields in groups.items():
+            if group == "outputs":
+                yield f"    {self.prefix}_outputs outputs;"
+            else:
+                yield f"    struct {{\n{self._members(fields, 2)}\n    }} {group};"
+        yield f"    {self.prefix}_status status;\n}} {self.prefix}_state;\n"
+
+    def _members(self, fields: Sequence[Field], depth: int) -> str:
+        lines = []
+        for field in fields:
+            var = field.var
+            size = "" if var.length is None else f"[{var.length}]"
+            kind = self.names.enumeration(var.name, var.origin.labels)
+            about = _about(var.type, var.origin.labels, kind)
+            if var.length is not None and var.origin.pattern:
+                first, last = element_names(var)[0], element_names(var)[-1]
+                about += " " + comment(f"{first} to {last}")
+            lines.append(f"{'    ' * depth}{field.type} {field.name}{size};{about}")
+        return "\n".join(lines)
+
+    def layout(self) -> int:
+        """A number that is another one where a struct is."""
+        fields = [f"{f.path} {f.type} {f.var.length} {f.var.type}" for f in self.names.fields.values()]
+        inputs = [f"{self.names.inputs[c.name]} {stored_as(c.type)} {c.type}" for c in self.program.choices]
+        text = "\n".join([self.prefix, *fields, "", *inputs])
+        return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "big")
+
+    # ------------------------------------------------------------ the source
+
+    def source(self) -> str:
+        """NAME.c."""
+        p = self.prefix
+        self._functions.clear()
+        step = self._step()
+        parts = [
+            comment(f"{self.program.name}. {MARK}"),
+            f'#include "{p}.h"\n',
+            runtime("".join(f.text for f in self._functions)),
+            *(f.text for f in self._functions),
+            self._init(),
+            self._safe(),
+            f"uint32_t {p}_layout(void)\n{{\n    return {p}_LAYOUT;\n}}\n",
+            step,
+            self._cycle(),
+        ]
+        return "\n".join(part for part in parts if part)
+
+    def _function(self, name: str, lines: Sequence[str], about: str = "") -> _Function | None:
+        """A function with this body, which may end with a status; None: it does nothing."""
+        if not has_code(lines):
+            return None
+        text, p = "\n".join(lines), self.prefix
+        fails = any(line.lstrip().startswith("return ") for line in lines)
+        used = [n for n in ("state", "inputs") if f"{n}->" in text or f"({n}" in text or f", {n})" in text]
+        parameters = {"state": f"{p}_state *state", "inputs": f"const {p}_inputs *inputs"}
+        head = f"static {p + '_status' if fails else 'void'} {name}({', '.join(parameters[n] for n in used) or 'void'})"
+        body = [f"    {line}" for line in lines] + ([f"    return {p}_{OK};"] if fails else [])
+        told = [comment(about)] if about else []
+        made = _Function(name, "\n".join([*told, head, "{", *body, "}", ""]), ", ".join(used), fails)
+        self._functions.append(made)
+        return made
+
+    def _call(self, function: _Function | None) -> list[str]:
+        """Lines that call it, where it is."""
+        if function is None:
+            return []
+        call = f"{function.name}({function.arguments})"
+        if not function.fails:
+            return [f"{call};"]
+        return [f"status = {call};", f"if (status != {self.prefix}_{OK}) {{", "    return status;", "}"]
+
+    def _of(self, name: str, block: Block, about: str = "") -> list[str]:
+        """Lines that call a function for a block."""
+        return self._call(self._function(name, BlockText(self.names).text(block), about))
+
+    def _slot(self, slot: Slot, end: Sequence[str], letter: Sequence[str]) -> list[str]:
+        """Lines that call the ringlet of a machine."""
+        machine, short = self.program.machines[slot.machine], identifier(self.program.machines[slot.machine].name)
+        lines = self._of(f"begin_{short}", slot.prologue)
+        field = self.names.fields[slot.state]
+        variable = field.var
+        lines.append(f"switch (state->{field.path}) {{")
+        for number, block in enumerate(slot.blocks):
+            name = self.names.value_name(slot.state, number) or str(number)
+            state = identifier(machine.states[number])
+            called = self._of(f"in_{short}_{state}", block, f"{machine.name} in {machine.states[number]}")
+            lines += [f"case {name}:", *(f"    {line}" for line in called), "    break;"]
+        lines += ["default:", f"    return {self.prefix}_{CORRUPT};", "}"]
+        assert variable.length is None
+        lines += [*self._of(f"end_{short}", slot.epilogue), *end, *self._of(f"forget_{short}", slot.canonical), *letter]
+        return self._call(self._function(f"run_{short}", _declared(lines, self.prefix), f"A ringlet of {machine.name}"))
+
+    def _step(self) -> str:
+        """The function of a step, after those that it calls."""
+        program, p = self.program, self.prefix
+        (process,) = program.processes
+        end = self._of("end_cycle", process.epilogue, "What follows a ringlet")
+        letter = self._of("observe", program.letter)
+        turn = self.names.fields[process.turn]
+        slots = [self._slot(program.slots[i], end, letter) for i in process.slots]
+        lines = self._reset()
+        lines.append(f"switch (state->{turn.path}) {{")
+        for number, called in enumerate(slots):
+            lines += [f"case {number}:", *(f"    {line}" for line in called), "    break;"]
+        lines += ["default:", f"    return {p}_{CORRUPT};", "}"]
+        ringlet = self._function("ringlet", _declared(lines, p))
+        assert ringlet is not None
+        body = [f"if (state->status != {p}_{OK}) {{", "    return state->status;", "}"]
+        if process.ended is not None:
+            body += [f"if (state->{self.names.fields[process.ended].path}) {{", f"    return {p}_{ENDED};", "}"]
+        body += self._input_checks()
+        copied = any(f.fails and f"return {p}_{CORRUPT}" not in f.text for f in self._functions)
+        body += ["before = *state;"] if copied else []
+        body += [f"status = ringlet({ringlet.arguments});", f"if (status != {p}_{OK}) {{"]
+        body += ["    *state = before;"] if copied else []
+        body += ["    state->status = status;", f"    {p}_safe(state);", "}", "return status;"]
+        declared = [f"{p}_status status;", *([f"{p}_state before;"] if copied else [])]
+        unused = [] if any("inputs" in line for line in body) else ["(void)inputs;"]
+        return self._public(
+            f"{p}_status {p}_step({p}_state *state, const {p}_inputs *inputs)", declared + unused + body
+        )
+
+    def _reset(self) -> list[str]:
+        """Outputs of a step get their first values, where it begins another letter."""
+        program = self.program
+        lines = []
+        for field in (self.names.fields[v.name] for v in program.vars if v.output):
+            lines += _filled(f"state->{field.path}", field, field.var.init)
+        if program.observe == "ringlet":
+            return lines
+        cycle = self.names.fields[program.cycle].path
+        return [f"if (state->{cycle}) {{", *(f"    {line}" for line in lines), "}"]
+
+    def _input_checks(self) -> Iterator[str]:
+        """An input whose type has more values than it is refused outside its range."""
+        conditions = []
+        for choice in self.program.choices:
+            kind, name = stored_as(choice.type), f"inputs->{self.names.inputs[choice.name]}"
+            if kind == "bool":
+                continue
+            bits = int(kind.strip("uint_"))
+            least, most = (0, (1 << bits) - 1) if kind[0] == "u" else (-(1 << bits - 1), (1 << bits - 1) - 1)
+            if choice.type.low > least:
+                conditions.append(f"{name} < {written(choice.type.low, kind)}")
+            if choice.type.high < most:
+                conditions.append(f"{name} > {written(choice.type.high, kind)}")
+        if conditions:
+            yield "if (" + "\n        || ".join(conditions) + ") {"
+            yield f"    return {self.prefix}_{BAD_INPUT};"
+            yield "}"
+
+    def _public(self, head: str, lines: Sequence[str]) -> str:
+        return "\n".join([head, "{", *(f"    {line}" for line in lines), "}", ""])
+
+    def _init(self) -> str:
+        lines = []
+        for field in self.names.fields.values():
+            first = 1 if field.var.name == self.program.cycle else field.var.init
+            lines += _filled(f"state->{field.path}", field, first, self.names)
+        lines.append(f"state->status = {self.prefix}_{OK};")
+        return self._public(f"void {self.prefix}_init({self.prefix}_state *state)", lines)
+
+    def _safe(self) -> str:
+        lines = []
+        for name, value in self.meaning.safe.items():
+            lines += _filled(f"state->{self.names.fields[name].path}", self.names.fields[name], value, self.names)
+        return self._public(f"void {self.prefix}_safe({self.prefix}_state *state)", lines or ["(void)state;"])
+
+    def _cycle(self) -> str:
+        p, cycle = self.prefix, self.names.fields[self.program.cycle].path
+        lines = [f"{p}_status status;", "do {", f"    status = {p}_step(state, inputs);"]
+        lines += [f"}} while (status == {p}_{OK} && !state->{cycle});", "return status;"]
+        return self._public(f"{p}_status {p}_cycle({p}_state *state, const {p}_inputs *inputs)", lines)
+
+
+def _declared(lines: list[str], prefix: str) -> list[str]:
+    """The lines after the declaration of the status, where they use one."""
+    return [f"{prefix}_status status;", *lines] if any("status = " in line for line in lines) else lines
+
+
+def _filled(path: str, field: Field, value: Value, names: Names | None = None) -> list[str]:
+    """Lines that store a whole variable."""
+    if isinstance(value, tuple):
+        return [f"{path}[{i}] = {written(number, field.type)};" for i, number in enumerate(value)]
+    name = None if names is None else names.value_name(field.var.name, value)
+    return [f"{path} = {name or written(value, field.type)};"]
+
+
+def _about(kind: Type, labels: tuple[str, ...], enumeration: str) -> str:
+    """The comment on a member: what its numbers mean."""
+    if enumeration:
+        return f" {comment(enumeration)}"
+    if not isinstance(kind, Int) or kind.boolean or labels:
+        return ""
+    said = f"{kind.low}..{kind.high}"
+    if kind.digits:
+        said += f", the values {value_text(kind, (), kind.low)}..{value_text(kind, (), kind.high)}"
+    return f" {comment(said)}"

@@ -1,0 +1,150 @@
+"""The names of an image: identifiers of C for what users named, and where each variable lies in its structs.
+
+A name that C or C++ keeps for itself, or that headers of controllers may have as a macro (`PORTB`), gets an underscore.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Choice, Int, MachineInfo, Program, Type, Var
+from llfsm_verify.targets import SAME_NAME
+from llfsm_verify.targets.c99.numbers import WIDE, Number, stored_as
+
+_WORDS = """
+    auto break case char const continue default do double else enum extern float for goto if inline int long
+    register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
+    bool true false asm catch class constexpr delete explicit export friend mutable namespace new noexcept nullptr
+    operator private protected public template this throw try typeid typename using virtual and or not xor bitand
+    bitor compl alignas alignof decltype concept requires import module final override unix linux i386 errno assert
+    stdin stdout stderr main state inputs status wide signed32 signed64 typeof
+"""
+KEPT = frozenset(_WORDS.split())
+"""Words of C and C++, macros of their headers, and our own parameters and types."""
+SPECIAL = ("outputs", "whiteboard", "control", "status", "before")
+"""Groups of variables and other fields; a machine of such a name gets an underscore."""
+
+
+def identifier(name: str) -> str:
+    """What stands for a name in C, as a part of a longer identifier."""
+    found = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_") or "x"
+    return f"x{found}" if found[0].isdigit() else found
+
+
+def alone(name: str) -> str:
+    """The same where it stands alone."""
+    found = identifier(name)
+    macro = not re.search("[a-z]", found)
+    return f"{found}_" if found in KEPT or macro else found
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A variable in the state: its group, its name there and its type."""
+
+    var: Var
+    group: str
+    name: str
+    type: str
+
+    @property
+    def path(self) -> str:
+        return f"{self.group}.{self.name}"
+
+
+def _value(text: str, kind: Type, stored: str) -> Number:
+    """What is stored there, as an operand; beyond 63 bits in two halves."""
+    low, high = (kind.low, kind.high) if isinstance(kind, Int) else (INT64_MIN, INT64_MAX)
+    if high > INT64_MAX:
+        return Number(f"wide_of(0, {text})", WIDE, low, high)
+    return Number(text, stored, low, high)
+
+
+class Names:
+    """Of one program. `outputs`: the variables that are outputs of the arrangement; `enumerations`: names by values.
+
+    DiagnosticError (E504): two names would be one.
+    """
+
+    def __init__(
+        self, program: Program, outputs: Collection[str] = (), enumerations: Mapping[tuple[str, ...], str] | None = None
+    ) -> None:
+        self.program = program
+        self.prefix = identifier(program.name)
+        self._enumerations = enumerations or {}
+        self._taken: dict[str, str] = {}
+        self.machines = [identifier(m.name) for m in program.machines]
+        self._groups = {
+            m.name: f"{alone(m.name)}_" if alone(m.name) in SPECIAL else alone(m.name) for m in program.machines
+        }
+        for name, group in self._groups.items():
+            self._take(f"state.{group}", f"machine `{name}`")
+        self.fields = {v.name: self._field(v, v.name in outputs) for v in program.vars}
+        self.inputs = {c.name: alone(c.name) for c in program.choices}
+        for name, field in self.inputs.items():
+            self._take(f"inputs.{field}", f"input `{name}`")
+        self._states = {s.state: program.machines[s.machine] for s in program.slots}
+        for labels, name in self._enumerations.items():
+            for label in labels:
+                self._take(self._label(name, label), f"value `{label}` of {name}")
+        for machine in program.machines:
+            for state in machine.states:
+                self._take(self._label(machine.name, state), f"state `{state}` of `{machine.name}`")
+
+    def _take(self, name: str, what: str) -> None:
+        other = self._taken.setdefault(name, what)
+        if other is not what:
+            message = f"{other} and {what} would both be `{name.partition('.')[2] or name}` in C"
+            raise DiagnosticError(Diagnostic(SAME_NAME, message, hint="give one of them another name"))
+
+    def _field(self, var: Var, output: bool) -> Field:
+        kind, machine = var.origin.kind, var.origin.machine
+        rest = var.name
+        if machine in self._groups and rest.startswith(f"{machine}."):
+            group, rest = self._groups[machine], rest.removeprefix(f"{machine}.")
+        else:
+            group = "outputs" if output else "whiteboard" if kind in ("whiteboard", "input") else "control"
+        name = f"{identifier(rest)}_" if "$" in rest and group != "control" else alone(rest)
+        self._take(f"{group}.{name}", f"`{var.name}`")
+        return Field(var, group, name, stored_as(var.type))
+
+    def _label(self, owner: str, label: str) -> str:
+        return f"{self.prefix}_{identifier(owner)}_{identifier(label)}"
+
+    @cached_property
+    def enumerations(self) -> dict[str, tuple[str, ...]]:
+        """The enumerators by the name of their type: users' enumerations, and the states of each machine."""
+        found = {f"{self.prefix}_{identifier(n)}": (n, labels) for labels, n in self._enumerations.items()}
+        found |= {f"{self.prefix}_{identifier(m.name)}": (m.name, m.states) for m in self.program.machines}
+        return {kind: tuple(self._label(owner, x) for x in labels) for kind, (owner, labels) in found.items()}
+
+    def state(self, machine: MachineInfo, number: int) -> str:
+        """The enumerator of a state."""
+        return self._label(machine.name, machine.states[number])
+
+    def enumeration(self, name: str, labels: tuple[str, ...]) -> str:
+        """The type of the enumerators of a variable, or of a choice with these labels; "": it has none."""
+        if name in self._states:
+            return f"{self.prefix}_{identifier(self._states[name].name)}"
+        return f"{self.prefix}_{identifier(self._enumerations[labels])}" if labels in self._enumerations else ""
+
+    def value_name(self, name: str, value: int) -> str | None:
+        """The enumerator of a value of a variable."""
+        var = self.fields[name].var
+        low = var.type.low if isinstance(var.type, Int) else 0
+        labels = self.enumerations.get(self.enumeration(name, var.origin.labels), ())
+        return labels[value - low] if 0 <= value - low < len(labels) else None
+
+    def load(self, name: str, index: str | None = None) -> Number:
+        """A variable, or an element of it."""
+        field = self.fields[name]
+        text = f"state->{field.path}" + ("" if index is None else f"[{index}]")
+        return _value(text, field.var.type, field.type)
+
+    def sample(self, choice: Choice) -> Number:
+        """The value of a choice."""
+        return _value(f"inputs->{self.inputs[choice.name]}", choice.type, stored_as(choice.type))
