@@ -25,7 +25,7 @@ INPUTS = ("arrangement", "properties", "monitor")
 GROUPS = {
     "check": "to check arrangements, formulas and recordings",
     "run": "to run an arrangement, and go through its runs",
-    "build": "to start a project, and build monitors and guards",
+    "build": "to start a project, and build monitors, guards and programs",
     "exchange": "to draw, and write models for other tools",
     "look": "to look things up",
 }

@@ -22,6 +22,7 @@ from llfsm_verify.runtime.live import CODES as RUNS
 from llfsm_verify.runtime.ports import CODES as PORTS
 from llfsm_verify.runtime.recording import CODES as RECORDINGS
 from llfsm_verify.runtime.whiteboard.audit import CODES as AUDIT
+from llfsm_verify.targets import CODES as TARGETS
 
 LOWERING = {
     "E193": "What is calculated may leave 128 bits.",
@@ -115,7 +116,7 @@ SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("Monitors", MONITORS),
     ("Guards", GUARDS),
     ("Tests with random runs", TESTING),
-    ("Runs and recordings", {**RECORDINGS, **RUNS, **TIMELINES, **PORTS, **LOGS, **AUDIT}),
+    ("Runs and recordings", {**RECORDINGS, **RUNS, **TIMELINES, **PORTS, **LOGS, **AUDIT, **TARGETS}),
     ("Faults of a run", FAULTS),
     ("Findings of `llfsm lint`", LINT),
 )

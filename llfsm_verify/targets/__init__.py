@@ -22,7 +22,7 @@ SAME_NAME: Final = "E504"
 UNWRITABLE: Final = "E505"
 
 CODES: Final = {
-    IMPOSSIBLE: "An arrangement, or a part of it, has no meaning in one image of a target.",
-    SAME_NAME: "Two names of an arrangement are one and the same in the language of a target.",
+    IMPOSSIBLE: "An arrangement has something that one image of a target cannot do.",
+    SAME_NAME: "Two names are one in the language of a target.",
     UNWRITABLE: "The files of a target cannot be written there, or would replace others.",
 }

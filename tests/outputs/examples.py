@@ -60,6 +60,7 @@ LAMP = _states("{name: OFF, transitions: [{when: go, to: ON}]}\n{name: ON, trans
 RECORD = "llfsm run a.yaml --rate 0 --for 1s --set go=true --record lamp.rec"
 HEATER = _does("heat = not warm;", "warm: {type: bool, role: input}, heat: {type: bool, role: output}")
 GUARD = "llfsm guard a.yaml -p 'G (warm -> !heat)' --fallback heat=false --no-proof -o guarded"
+BUILD = "llfsm build a.yaml --target c --for none -o made"
 DOUBLED = "".join(f"define p{i + 1}: p{i} && X p{i}\n" for i in range(20))
 RING = "llfsm verify ring.yaml --keep-all-bits --max-states 9000"
 AUTOMATON = 'automaton never bad: "bad.hoa"\n'
@@ -272,6 +273,15 @@ PROVOKED: dict[str, Provoked] = {
     "E500": Provoked(("llfsm audit verify no/such/folder/lamp.log",)),
     "E502": Provoked(("ulimit -n 24; llfsm run a.yaml --whiteboard lamp",), LAMP),
     "E501": Provoked(("llfsm audit verify lamp.log",), {"lamp.log": "mine\n"}),
+    "E503": Provoked((BUILD,), _states("{name: A, stays: true}", "", "profile: clfsm\n")),
+    "E504": Provoked(
+        (BUILD,),
+        _does(
+            "x = k[0];",
+            "k_0: {type: bool, role: input}, k: {type: {array: bool, size: 2}, role: input}, x: {type: bool}",
+        ),
+    ),
+    "E505": Provoked((BUILD.replace("made", "."),), LAMP | {"a.c": "int x;\n"}),
     "F001": _fault(_does("if (car) n += 1;", "car: {type: bool, role: input}, n: {type: 0..3}")),
     "F002": _fault(_does("share = 100 / n;", "n: {type: 0..9, role: input}, share: {type: 0..100}")),
     "F003": _fault(_does("seen[i] = true;", "i: {type: 0..4, role: input}, seen: {type: {array: bool, size: 4}}")),

@@ -43,6 +43,8 @@ T = TypeVar("T")
 Work = Generator[Any, Any, T]
 """Yields work that is to be done first, and gets its result."""
 
+OURS = frozenset({"state", "inputs", "status", "wide"})
+"""Names that locals cannot have, since functions use them."""
 DEEPEST = 10
 """Operations within each other in one expression."""
 _SIGNS: dict[OpName, str] = {"add": "+", "sub": "-", "mul": "*", "div": "/", "mod": "%"}
@@ -93,13 +95,13 @@ class BlockText:
         self._top: list[str] = []
         self._locals: dict[str, Number] = {}
         self._once: set[str] = set()
-        self._used: set[str] = set(KEPT)
+        self._used: set[str] = set(KEPT) | OURS
 
     def text(self, block: Block) -> list[str]:
         """The lines of the body."""
         self._once = _assigned_once(block)
         performed(self._block(block))
-        return _without_unread([*self._top, *self._lines], self._used - KEPT)
+        return _without_unread([*self._top, *self._lines], self._used - KEPT - OURS)
 
     # ------------------------------------------------------------ lines
 

@@ -225,7 +225,7 @@ class Image:
         """The function of a step, after those that it calls."""
         program, p = self.program, self.prefix
         (process,) = program.processes
-        end = self._of("end_cycle", process.epilogue, "What follows a ringlet")
+        end = self._of("after_ringlet", process.epilogue, "What follows a ringlet")
         letter = self._of("observe", program.letter)
         turn = self.names.fields[process.turn]
         slots = [self._slot(program.slots[i], end, letter) for i in process.slots]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Choice, Int, MachineInfo, Program, Type, Var
+from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Choice, Int, Program, Type, Var
 from llfsm_verify.targets import SAME_NAME
 from llfsm_verify.targets.c99.numbers import WIDE, Number, stored_as
 
@@ -21,12 +21,18 @@ _WORDS = """
     bool true false asm catch class constexpr delete explicit export friend mutable namespace new noexcept nullptr
     operator private protected public template this throw try typeid typename using virtual and or not xor bitand
     bitor compl alignas alignof decltype concept requires import module final override unix linux i386 errno assert
-    stdin stdout stderr main state inputs status wide signed32 signed64 typeof
+    stdin stdout stderr main typeof
 """
 KEPT = frozenset(_WORDS.split())
-"""Words of C and C++, macros of their headers, and our own parameters and types."""
+"""Words of C and C++, and macros of their headers."""
 SPECIAL = ("outputs", "whiteboard", "control", "status", "before")
 """Groups of variables and other fields; a machine of such a name gets an underscore."""
+
+OWN = (
+    "inputs", "outputs", "state", "status", "init", "step", "cycle", "safe", "layout", "LAYOUT", "PERIOD_NS", "H",
+    "OK", "ENDED", "OVERFLOW", "BAD_INPUT", "CORRUPT",
+)  # fmt: skip
+"""What the header declares for every arrangement, after the name of this one."""
 
 
 def identifier(name: str) -> str:
@@ -76,7 +82,7 @@ class Names:
         self.program = program
         self.prefix = identifier(program.name)
         self._enumerations = enumerations or {}
-        self._taken: dict[str, str] = {}
+        self._taken: dict[str, str] = {f"{self.prefix}_{name}": "a name of every image" for name in OWN}
         self.machines = [identifier(m.name) for m in program.machines]
         self._groups = {
             m.name: f"{alone(m.name)}_" if alone(m.name) in SPECIAL else alone(m.name) for m in program.machines
@@ -88,12 +94,10 @@ class Names:
         for name, field in self.inputs.items():
             self._take(f"inputs.{field}", f"input `{name}`")
         self._states = {s.state: program.machines[s.machine] for s in program.slots}
-        for labels, name in self._enumerations.items():
+        for kind, (name, labels) in self._kinds.items():
+            self._take(kind, f"the type of `{name}`")
             for label in labels:
-                self._take(self._label(name, label), f"value `{label}` of {name}")
-        for machine in program.machines:
-            for state in machine.states:
-                self._take(self._label(machine.name, state), f"state `{state}` of `{machine.name}`")
+                self._take(self._label(name, label), f"`{label}` of `{name}`")
 
     def _take(self, name: str, what: str) -> None:
         other = self._taken.setdefault(name, what)
@@ -116,20 +120,23 @@ class Names:
         return f"{self.prefix}_{identifier(owner)}_{identifier(label)}"
 
     @cached_property
+    def _kinds(self) -> dict[str, tuple[str, tuple[str, ...]]]:
+        """By the name of a type: whose it is, and the names of its values."""
+        found = {f"{self.prefix}_{identifier(name)}": (name, labels) for labels, name in self._enumerations.items()}
+        return found | {self._states_of(m.name): (m.name, m.states) for m in self.program.machines}
+
+    def _states_of(self, machine: str) -> str:
+        return f"{self.prefix}_{identifier(machine)}_states"
+
+    @cached_property
     def enumerations(self) -> dict[str, tuple[str, ...]]:
         """The enumerators by the name of their type: users' enumerations, and the states of each machine."""
-        found = {f"{self.prefix}_{identifier(n)}": (n, labels) for labels, n in self._enumerations.items()}
-        found |= {f"{self.prefix}_{identifier(m.name)}": (m.name, m.states) for m in self.program.machines}
-        return {kind: tuple(self._label(owner, x) for x in labels) for kind, (owner, labels) in found.items()}
-
-    def state(self, machine: MachineInfo, number: int) -> str:
-        """The enumerator of a state."""
-        return self._label(machine.name, machine.states[number])
+        return {kind: tuple(self._label(owner, x) for x in labels) for kind, (owner, labels) in self._kinds.items()}
 
     def enumeration(self, name: str, labels: tuple[str, ...]) -> str:
         """The type of the enumerators of a variable, or of a choice with these labels; "": it has none."""
         if name in self._states:
-            return f"{self.prefix}_{identifier(self._states[name].name)}"
+            return self._states_of(self._states[name].name)
         return f"{self.prefix}_{identifier(self._enumerations[labels])}" if labels in self._enumerations else ""
 
     def value_name(self, name: str, value: int) -> str | None:

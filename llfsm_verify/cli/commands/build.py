@@ -1,0 +1,94 @@
+"""`llfsm build`: an arrangement as a program for another machine."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Mapping
+from contextlib import ExitStack
+from pathlib import Path
+
+from llfsm_verify.cli import arguments as shared
+from llfsm_verify.cli.arguments import milliseconds
+from llfsm_verify.cli.io.output import Output, tell
+from llfsm_verify.cli.opening import open_arrangement
+from llfsm_verify.cli.parser import Parser, UsageError
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.files import replacing, special_kind
+from llfsm_verify.targets import UNWRITABLE
+from llfsm_verify.targets.target import TARGETS
+
+
+def arguments(parser: Parser) -> None:
+    """Add the arguments of `llfsm build`."""
+    parser.about(
+        "Write an arrangement as a program for a machine without Python: what `llfsm run` does, in the target's "
+        "language.",
+        "llfsm build arrangement.yaml --target c --for none --output oven",
+        "exit codes: 0 written, 2 wrong usage, 3 input files wrong or unreadable, what has no meaning there, or the "
+        "files cannot be written",
+    )
+    add = parser.add_argument
+    shared.arrangement(parser)
+    add("--target", choices=TARGETS, required=True, help="; ".join(f"{e.name}: {e.about}" for e in TARGETS.values()))
+    add("--for", dest="world", metavar="WORLD", required=True, help="none: a caller that knows its machine itself")
+    add("--cycle-ms", metavar="MS", type=milliseconds, help="how long a cycle of an untimed arrangement takes")
+    add("-o", "--output", metavar="FOLDER", required=True, help="write the files there, and replace no others")
+
+
+def run(options: Namespace) -> int:
+    """Returns 0; raises UsageError, or DiagnosticError: wrong files, what has no meaning in an image (E503, E504), or
+    files that cannot be written (E505)."""
+    from llfsm_verify.targets.images import image_of
+
+    target = TARGETS.load(options.target)
+    if options.world not in target.worlds:
+        raise UsageError(f"--for {options.world[:40]}: {options.target} is made for {', '.join(target.worlds)}")
+    if not options.output:
+        raise UsageError("--output needs the name of a folder")
+    given = open_arrangement(options.arrangement)
+    made = target.make(image_of(given, options.cycle_ms), options.world)
+    if given.environment is not None:
+        tell("note: the model of the surroundings is left out: the inputs that it wrote come from the world")
+    folder = Path(options.output)
+    _refuse_others(folder, made.files, target.mark)
+    _write(folder, made.files)
+    lines = [*(f"written: {folder / name}" for name in made.files), "", *made.notes]
+    Output().plain("\n".join(lines) + "\n")
+    return 0
+
+
+def _refuse_others(folder: Path, files: Mapping[str, str], mark: str) -> None:
+    """DiagnosticError (E505): a file is there that `llfsm build` has not written."""
+    for name in files:
+        path = folder / name
+        try:
+            if not path.exists() and not path.is_symlink():
+                continue
+            mode = path.lstat().st_mode
+            with_mark = special_kind(mode) is None and not path.is_dir() and mark in _first_line(path)
+        except OSError as error:
+            raise _unwritable(folder, error) from None
+        if not with_mark:
+            message = f"{name} is there already, and `llfsm build` has not written it"
+            raise DiagnosticError(Diagnostic(UNWRITABLE, message, hint="name another folder", file=str(folder)))
+
+
+def _first_line(path: Path) -> str:
+    with path.open(encoding="utf-8", errors="replace") as file:
+        return file.readline(1000)
+
+
+def _write(folder: Path, files: Mapping[str, str]) -> None:
+    """All files, each as a whole."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with ExitStack() as stack:
+            for name, text in files.items():
+                stack.enter_context(replacing(folder / name)).write(text.encode())
+    except OSError as error:
+        raise _unwritable(folder, error) from None
+
+
+def _unwritable(folder: Path, error: OSError) -> DiagnosticError:
+    reason = error.strerror or "input/output error"
+    return DiagnosticError(Diagnostic(UNWRITABLE, f"the files cannot be written there: {reason}", file=str(folder)))

@@ -1,0 +1,42 @@
+"""The target `c`: a header and a source of C99."""
+
+from __future__ import annotations
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.runtime.live.plan import safe_values
+from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.semantics.storage import leaves
+from llfsm_verify.targets.c99.image import MARK, Image, Meaning
+from llfsm_verify.targets.target import Made
+
+
+class _C99:
+    """See `Target`."""
+
+    worlds = ("none",)
+    mark = MARK
+
+    def make(self, arrangement: Arrangement, world: str) -> Made:
+        """`none`: for a caller that knows its machine itself."""
+        del world
+        image = image_for(arrangement)
+        source = image.source()
+        files = {f"{image.prefix}.h": image.header(), f"{image.prefix}.c": source}
+        period = f"{float(arrangement.cycle_ms or 0):g}"
+        return Made(files, (f"Call {image.prefix}_cycle once in {period} ms.",))
+
+
+C99 = _C99()
+
+
+def image_for(arrangement: Arrangement) -> Image:
+    """The image of an arrangement (`images.image_of`). DiagnosticError (E504): see `Names`."""
+    outputs = [
+        entry.variable.name + leaf.suffix
+        for entry in arrangement.whiteboard
+        if entry.role == "output"
+        for leaf in leaves(entry.variable.type)
+    ]
+    enumerations = {found.values: found.name for found in arrangement.enumerations}
+    meaning = Meaning(outputs, safe_values(arrangement), enumerations, arrangement.path)
+    return Image(lower(arrangement, keep_all_bits=True), meaning)

@@ -1,0 +1,41 @@
+"""Targets, by the names that `--target` knows them by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from llfsm_verify.registry import Entry, Registry
+
+if TYPE_CHECKING:
+    from llfsm_verify.arrangement.model import Arrangement
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """The texts of files by their names, and what a user is told."""
+
+    files: Mapping[str, str]
+    notes: tuple[str, ...]
+
+
+class Target(Protocol):
+    """A language in which arrangements are written for other machines. `worlds`: what `--for` takes.
+
+    `mark` is in the first line of each of its files.
+    """
+
+    worlds: tuple[str, ...]
+    mark: str
+
+    def make(self, arrangement: Arrangement, world: str) -> Made:
+        """The files. `arrangement` is as `images.image_of` returns it. DiagnosticError: it has no meaning there."""
+        ...
+
+
+TARGETS: Registry[Target] = Registry(
+    "target",
+    [Entry("c", "llfsm_verify.targets.c99.target:C99", "C99, with a function for each state")],
+    "llfsm_verify.targets",
+)

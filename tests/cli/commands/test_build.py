@@ -1,0 +1,176 @@
+"""`llfsm build`: what it writes, what it refuses, and that it touches no files of others."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from llfsm_verify.targets.c99.image import MARK
+from llfsm_verify.targets.target import TARGETS
+from tests.cli.running import llfsm
+from tests.targets.c99.compiled import STRICT, compile_strictly, needs_gcc
+
+OVEN = "models/microwave/arrangement.yaml"
+C = ("--target", "c", "--for", "none", "--output")
+MACHINE = """
+machines:
+  m:
+    inline:
+      machine: M
+      states: [{name: A, transitions: [{when: true, to: B}]}, {name: B, transitions: [{when: true, to: A}]}]
+schedule: [m]
+"""
+
+
+def said(*words: str) -> tuple[int, str, str]:
+    """The exit code of `llfsm build`, and what it prints."""
+    done = llfsm("build", *words)
+    return done.returncode, done.stdout, done.stderr
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def build(folder: Path, text: str, *options: str) -> tuple[int, str, str]:
+    """What the command says of an arrangement."""
+    (folder / "a.yaml").write_text(text)
+    return said(str(folder / "a.yaml"), *C, str(folder / "made"), *options)
+
+
+@needs_gcc
+def test_two_files_are_written_and_what_to_call_is_said(tmp_path):
+    code, out, err = said(OVEN, *C, str(tmp_path))
+    assert (code, err) == (0, "")
+    files = ["microwave.h", "microwave.c"]
+    assert out == "".join(f"written: {tmp_path / n}\n" for n in files) + "\nCall microwave_cycle once in 1000 ms.\n"
+    assert names(tmp_path) == sorted(files)
+    assert all(MARK in (tmp_path / name).read_text().splitlines()[0] for name in files)
+    compile_strictly("gcc", tmp_path / "microwave.c", tmp_path / "oven.o")
+    assert "-Werror" in STRICT
+
+
+def test_the_same_arrangement_gives_the_same_files_again(tmp_path):
+    assert said(OVEN, *C, str(tmp_path))[0] == 0
+    before = {name: (tmp_path / name).read_bytes() for name in names(tmp_path)}
+    assert said(OVEN, *C, str(tmp_path))[0] == 0
+    assert before == {name: (tmp_path / name).read_bytes() for name in names(tmp_path)}
+
+
+def test_what_the_model_of_the_surroundings_wrote_is_said_to_come_from_the_world(tmp_path):
+    code, _, err = said("models/lift/arrangement.yaml", *C, str(tmp_path))
+    assert code == 0
+    assert err == "note: the model of the surroundings is left out: the inputs that it wrote come from the world\n"
+
+
+REFUSED = {
+    "processes": (
+        "cycle_ms: 10\n" + MACHINE.replace("schedule: [m]", "  k: {inline: {machine: K, states: [{name: S}]}}\n"
+        "processes: {first: [m], second: [k]}"),
+        "E503", "`second` is one of 2 processes",
+    ),
+    "model": ("cycle_ms: 10\n" + MACHINE.replace("  m:\n", "  m:\n    model: true\n"), "E503", "`m` is a model"),
+    "reads": ("cycle_ms: 10\nprofile: clfsm\n" + MACHINE, "E503", "`snapshot: none`"),
+    "replaced": ("cycle_ms: 10\noperators: {replace: [m]}\n" + MACHINE, "E503", "`replace` of `m`"),
+    "untimed": ("timing: untimed\n" + MACHINE, "E483", "how long a cycle"),
+    "inputs": (
+        "cycle_ms: 10\nwhiteboard: {k: {type: {array: bool, size: 2}, role: input}, k_0: {type: bool, role: input}}\n"
+        + MACHINE, "E504", "would both be `k_0`",
+    ),
+    "states": ("cycle_ms: 10\n" + MACHINE.replace("name: B,", "name: a__b,").replace("to: B", "to: a__b").replace(
+        "name: A,", "name: a_b,").replace("to: A", "to: a_b"), "E504", "`a_b` of `m` and `a__b` of `m`"),
+}  # fmt: skip
+"""By what is wrong: the arrangement, the code, and what is said."""
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_has_no_meaning_in_one_image_is_refused(name, tmp_path):
+    text, wanted, why = REFUSED[name]
+    code, out, err = build(tmp_path, text)
+    assert (code, out) == (3, "")
+    assert f"error[{wanted}]" in err
+    assert why in err
+    assert not (tmp_path / "made").exists()
+
+
+def test_an_untimed_arrangement_is_built_with_a_cycle(tmp_path):
+    code, out, _ = build(tmp_path, "timing: untimed\n" + MACHINE, "--cycle-ms", "2.5")
+    assert (code, "once in 2.5 ms" in out) == (0, True)
+    assert "_PERIOD_NS UINT64_C(2500000)" in next((tmp_path / "made").glob("*.h")).read_text()
+
+
+@needs_gcc
+def test_names_that_c_keeps_are_taken(tmp_path):
+    """Also names that are macros where headers of a controller are included before."""
+    text = """
+name: double
+cycle_ms: 10
+whiteboard:
+  PORTB: {type: bool, role: input}
+  char: {type: 0..9, role: output}
+  errno: {type: int8}
+machines:
+  main:
+    inline:
+      machine: M
+      variables: {state: {type: 0..3}, B0: {type: 0..3}}
+      states:
+        - {name: double, internal: "char = 3; state = 1; B0 = 2; errno = -1;", transitions: [{when: PORTB, to: PORTB}]}
+        - {name: PORTB, transitions: [{when: true, to: B0}]}
+        - {name: B0, transitions: [{when: true, to: main}]}
+        - {name: main, transitions: [{when: true, to: double}]}
+  outputs: {inline: {machine: N, states: [{name: S}]}}
+schedule: [main, outputs]
+"""
+    code, _, err = build(tmp_path, text)
+    assert code == 0, err
+    header = tmp_path / "made" / "double.h"
+    header.write_text("#define PORTB (1)\n#define B0 (2)\n#include <errno.h>\n" + header.read_text())
+    compile_strictly("gcc", tmp_path / "made" / "double.c", tmp_path / "x.o")
+
+
+@pytest.mark.parametrize("kind", ["file", "folder", "link"])
+def test_files_of_others_are_left_as_they_are(kind, tmp_path):
+    theirs = tmp_path / "microwave.c"
+    if kind == "file":
+        theirs.write_text("int mine;\n")
+    elif kind == "folder":
+        theirs.mkdir()
+    else:
+        theirs.symlink_to(tmp_path / "elsewhere")
+    code, out, err = said(OVEN, *C, str(tmp_path))
+    assert (code, out) == (3, "")
+    assert "error[E505]: microwave.c is there already" in err
+    assert names(tmp_path) == ["microwave.c"]
+    assert kind != "file" or theirs.read_text() == "int mine;\n"
+
+
+def test_a_folder_that_cannot_be_made_is_said(tmp_path):
+    (tmp_path / "file").write_text("")
+    code, _, err = said(OVEN, *C, str(tmp_path / "file" / "made"))
+    assert (code, "E505" in err) == (3, True)
+
+
+@pytest.mark.parametrize(
+    ("words", "wrong"),
+    [
+        (["--target", "c", "--for", "none"], "-o/--output"),
+        (["--target", "rust", "--for", "none", "-o", "x"], "there is no `rust`; there are: c"),
+        (["--target", "c", "--for", "moon", "-o", "x"], "--for moon: c is made for none"),
+        (["--target", "c", "--for", "none", "-o", ""], "--output needs the name of a folder"),
+        (["--target", "c", "--for", "none", "-o", "x", "--cycle-ms", "0"], "--cycle-ms"),
+    ],
+)
+def test_wrong_usage(words, wrong):
+    code, out, err = said(OVEN, *words)
+    assert (code, out) == (2, "")
+    assert wrong in err
+
+
+@pytest.mark.parametrize("name", TARGETS)
+def test_every_target_says_for_which_worlds_it_is_and_marks_its_files(name):
+    target = TARGETS.load(name)
+    assert target.worlds
+    assert re.search("llfsm build", target.mark)
