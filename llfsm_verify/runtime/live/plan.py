@@ -33,7 +33,8 @@ def runnable(arrangement: Arrangement, *, simulated: bool, cycle_ms: Fraction | 
     for. DiagnosticError (E483): a machine stands for something else, or nothing says how long a cycle takes.
     """
     if not simulated:
-        arrangement = replace(arrangement, environment=None)
+        posted = tuple(replace(entry, driven=False) for entry in arrangement.whiteboard)
+        arrangement = replace(arrangement, environment=None, whiteboard=posted)
         for machine in arrangement.machines:
             if machine.model:
                 message = (

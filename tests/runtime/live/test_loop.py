@@ -223,6 +223,10 @@ def test_a_model_runs_in_simulation_only() -> None:
     assert crossing.environment is not None
     assert runnable(crossing, simulated=False).environment is None
     assert runnable(crossing, simulated=True).environment is crossing.environment
+    driven = {w.variable.name for w in crossing.whiteboard if w.driven}
+    assert driven
+    posted = {choice.input for choice in lower(runnable(crossing, simulated=False)).choices}
+    assert driven <= posted, "the inputs that others post take its place"
     region = load_arrangement("models/komodo_region/arrangement.yaml")
     with pytest.raises(DiagnosticError, match="E483"):
         runnable(region, simulated=False)
