@@ -30,7 +30,7 @@ def arguments(parser: Parser) -> None:
     add = parser.add_argument
     shared.arrangement(parser)
     add("--target", choices=TARGETS, required=True, help="; ".join(f"{e.name}: {e.about}" for e in TARGETS.values()))
-    add("--for", dest="world", metavar="WORLD", required=True, help="none: a caller that knows its machine itself")
+    add("--for", dest="world", metavar="WORLD", required=True, help="none: a caller of yours; posix: a program")
     add("--cycle-ms", metavar="MS", type=milliseconds, help="how long a cycle of an untimed arrangement takes")
     add("-o", "--output", metavar="FOLDER", required=True, help="write the files there, and replace no others")
 

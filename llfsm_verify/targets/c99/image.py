@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from dataclasses import field as with_default
 
 from llfsm_verify.program.program import Block, Int, Program, Slot, Type
+from llfsm_verify.runtime.live.plan import starting_values
+from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.targets.c99.blocks import BlockText, comment, has_code
 from llfsm_verify.targets.c99.names import Field, Names, identifier
 from llfsm_verify.targets.c99.numbers import stored_as, written
@@ -79,6 +81,8 @@ class Image:
             *self._state(),
             comment("The beginning. " + ("Values of inputs that never change may be stored after it." * free)),
             f"void {p}_init({p}_state *state);\n",
+            comment("What inputs are before somebody gives them, and no commands."),
+            f"void {p}_first({p}_inputs *inputs);\n",
             comment("One ringlet: that of the machine whose turn it is."),
             f"{p}_status {p}_step({p}_state *state, const {p}_inputs *inputs);\n",
             comment("The ringlets of a cycle, with the inputs held."),
@@ -117,6 +121,7 @@ class Image:
         for choice in self.program.choices:
             kind = self.names.enumeration("", choice.labels)
             about = _about(choice.type, choice.labels, kind)
+            about += f" {comment('of an operator: for one cycle')}" * choice.name.startswith(OPERATOR)
             yield f"    {stored_as(choice.type)} {self.names.inputs[choice.name]};{about}"
         if not self.program.choices:
             yield "    uint8_t none; /* there are no inputs */"
@@ -169,6 +174,7 @@ class Image:
             runtime("".join(f.text for f in self._functions)),
             *(f.text for f in self._functions),
             self._init(),
+            self._first(),
             self._safe(),
             f"uint32_t {p}_layout(void)\n{{\n    return {p}_LAYOUT;\n}}\n",
             step,
@@ -290,6 +296,15 @@ class Image:
             lines += _filled(f"state->{field.path}", field, first, self.names)
         lines.append(f"state->status = {self.prefix}_{OK};")
         return self._public(f"void {self.prefix}_init({self.prefix}_state *state)", lines)
+
+    def _first(self) -> str:
+        values = starting_values(self.program)
+        lines = [
+            f"inputs->{self.names.inputs[c.name]} = {written(values.get(c.name, c.type.low), stored_as(c.type))};"
+            for c in self.program.choices
+        ]
+        p = self.prefix
+        return self._public(f"void {p}_first({p}_inputs *inputs)", lines or ["inputs->none = 0;"])
 
     def _safe(self) -> str:
         lines = []

@@ -29,8 +29,8 @@ SPECIAL = ("outputs", "whiteboard", "control", "status", "before")
 """Groups of variables and other fields; a machine of such a name gets an underscore."""
 
 OWN = (
-    "inputs", "outputs", "state", "status", "init", "step", "cycle", "safe", "layout", "LAYOUT", "PERIOD_NS", "H",
-    "OK", "ENDED", "OVERFLOW", "BAD_INPUT", "CORRUPT",
+    "inputs", "outputs", "state", "status", "init", "step", "cycle", "safe", "first", "layout", "LAYOUT", "PERIOD_NS",
+    "H", "OK", "ENDED", "OVERFLOW", "BAD_INPUT", "CORRUPT",
 )  # fmt: skip
 """What the header declares for every arrangement, after the name of this one."""
 

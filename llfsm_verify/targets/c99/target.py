@@ -7,21 +7,25 @@ from llfsm_verify.runtime.live.plan import safe_values
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.storage import leaves
 from llfsm_verify.targets.c99.image import MARK, Image, Meaning
+from llfsm_verify.targets.c99.posix import program, readme
 from llfsm_verify.targets.target import Made
 
 
 class _C99:
     """See `Target`."""
 
-    worlds = ("none",)
+    worlds = ("none", "posix")
     mark = MARK
 
     def make(self, arrangement: Arrangement, world: str) -> Made:
-        """`none`: for a caller that knows its machine itself."""
-        del world
+        """`none`: for a caller that knows its machine itself; `posix`: a program that runs by itself."""
         image = image_for(arrangement)
         source = image.source()
         files = {f"{image.prefix}.h": image.header(), f"{image.prefix}.c": source}
+        if world == "posix":
+            files |= {f"{image.prefix}_main.c": program(image), "README.md": readme(image)}
+            compiled = f"cc -std=c99 -O2 {image.prefix}.c {image.prefix}_main.c -o {image.prefix}"
+            return Made(files, (f"Compile it: {compiled}",))
         period = f"{float(arrangement.cycle_ms or 0):g}"
         return Made(files, (f"Call {image.prefix}_cycle once in {period} ms.",))
 

@@ -1,0 +1,154 @@
+"""Programs for POSIX: lines of JSON in and out, safe values at the end."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import time
+from decimal import Decimal
+from random import Random
+
+import pytest
+
+from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.backends.native.executor import NativeProgram
+from llfsm_verify.runtime.live.plan import starting_values
+from llfsm_verify.semantics.operators import OPERATOR
+from llfsm_verify.targets.c99.target import C99, image_for
+from llfsm_verify.targets.images import image_of
+from llfsm_verify.values import elements, text, value_text
+from tests.targets.c99.compiled import STRICT, needs_gcc
+
+pytestmark = [needs_gcc, pytest.mark.slow]
+EVERYTHING = "tests/targets/c99/everything.yaml"
+LIFT = "models/lift/arrangement.yaml"
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A program of an arrangement, compiled once."""
+    built = {}
+
+    def build(path: str) -> str:
+        if path not in built:
+            folder = tmp_path_factory.mktemp("made")
+            files = C99.make(image_of(load_arrangement(path)), "posix").files
+            for name, content in files.items():
+                (folder / name).write_text(content)
+            sources = [name for name in files if name.endswith(".c")]
+            subprocess.run(["gcc", *STRICT, "-O1", *sources, "-o", "program"], cwd=folder, check=True)
+            built[path] = str(folder / "program")
+        return built[path]
+
+    return build
+
+
+def spoken(program: str, lines: list[str], *words: str) -> tuple[int, list[dict[str, object]], str]:
+    """The exit code, the objects that a program prints for these lines, and what it refuses."""
+    given = "".join(f"{line}\n" for line in lines)
+    done = subprocess.run([program, *words], input=given, capture_output=True, text=True, check=False, timeout=60)
+    return done.returncode, [json.loads(line, parse_float=Decimal) for line in done.stdout.splitlines()], done.stderr
+
+
+@pytest.mark.parametrize("path", [EVERYTHING, LIFT])
+def test_a_line_is_a_cycle_with_its_inputs_held(path, made):
+    image = image_for(image_of(load_arrangement(path)))
+    program, random = image.program, Random(4)
+    native, held = NativeProgram(program), {**starting_values(program)}
+    outputs = [v for v in program.vars if v.name in image.meaning.outputs]
+    record, lines, wanted = native.layout.first(), [], []
+    while len(wanted) < 200:
+        asked = [c for c in program.choices if random.random() < (0.2 if c.name.startswith(OPERATOR) else 0.6)]
+        changed = {c: random.randint(c.type.low, c.type.high) for c in asked}
+        if any(c.name == "keys[2]" and value > 3 for c, value in changed.items()):
+            continue  # which would end in a fault now and then
+        given = [f'"{c.name}": {_json(value_text(c.type, c.labels, n), c.labels)}' for c, n in changed.items()]
+        lines.append("{" + ", ".join(given) + "}")
+        held |= {c.name: n for c, n in changed.items()}
+        ran = native.run(record, 1 << 20, stop_on_cycle=True, choices=held)
+        assert ran.status == 0
+        record = ran.record
+        held |= {c.name: 0 for c in program.choices if c.name.startswith(OPERATOR) and c.type.boolean}
+        values = native.layout.decode_record(record)
+        shown = {name: text(value) for v in outputs for name, value in elements(v, values[v.name])}
+        wanted.append({"cycle": str(len(wanted) + 1), **shown})
+    code, found, refused = spoken(made(path), lines, "--lines")
+    assert (code, refused) == (0, "")
+    assert [{name: text(value) for name, value in each.items()} for each in found[:-1]] == wanted
+    assert found[-1]["end"] == "stopped"
+
+
+def _json(value: str, labels: tuple[str, ...]) -> str:
+    return f'"{value}"' if labels else value
+
+
+def test_a_fault_ends_it_with_safe_values(made):
+    code, found, _ = spoken(made(EVERYTHING), ['{"far": 18446744073709551615, "code": 65535, "keys[2]": 4}'], "--lines")
+    assert code == 1
+    assert found[-1] == {
+        "cycle": 0, "speed": Decimal("-0.500"), "shown": "BLUE",
+        "end": f"{EVERYTHING}:69:69: F001 value outside its range: "
+        "secret is declared 0..3",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("line", "why"),
+    [
+        ("", "no JSON object"), ("[]", "no JSON object"), ("{", "no name of an input"), ("{go}", "no name of an input"),
+        ('{"gone": true}', "no input of this name"), ('{"go" true}', "no colon after a name"),
+        ('{"go": 1}', "no value of the input"), ('{"go": true', "no comma or brace after a value"),
+        ('{"go": true,}', "no comma or brace after a value"), ('{"go": true} x', "something after the object"),
+        ('{"level": 1.55}', "no value of the input"), ('{"level": 1.6}', "no value of the input"),
+        ('{"level": -}', "no value of the input"), ('{"paint": "PINK"}', "no value of the input"),
+        ('{"paint": 1}', "no value of the input"), ('{"far": -1}', "no value of the input"),
+        ('{"far": 18446744073709551616}', "no value of the input"),
+        ('{"go": true, "keys[0]": 9}', "no value of the input"),
+        ('{"go": "' + "x" * 5000 + '"}', "more than 4095 characters"),
+    ],
+)  # fmt: skip
+def test_a_wrong_line_is_refused_as_a_whole(line, why, made):
+    code, found, refused = spoken(made(EVERYTHING), [line, "{}", "{}"], "--lines")
+    assert (code, refused) == (0, f"refused: {why}\n")
+    assert len(found) == 4
+    assert found[2]["shown"] == "GREEN"
+
+
+def test_a_program_without_inputs_or_outputs_compiles(made, tmp_path):
+    states = "[{name: A, transitions: [{when: true, to: B}]}, {name: B}]"
+    (tmp_path / "a.yaml").write_text(
+        f"cycle_ms: 1\nmachines: {{m: {{inline: {{machine: M, states: {states}}}}}}}\nschedule: [m]\n"
+    )
+    program = made(str(tmp_path / "a.yaml"))
+    code, found, refused = spoken(program, ["{}"] * 9, "--lines")
+    assert (code, refused, found[-1]) == (0, "", {"cycle": 2, "end": "finished"})
+
+
+def test_wrong_options_say_which_there_are(made):
+    assert spoken(made(LIFT), [], "--fast")[0] == 2
+    assert "--lines" in spoken(made(LIFT), [], "--fast")[2]
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_it_with_safe_values(number, made):
+    with subprocess.Popen([made(EVERYTHING)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert json.loads(process.stdout.readline())["cycle"] == 1
+        process.send_signal(number)
+        last = json.loads(process.stdout.read().splitlines()[-1], parse_float=Decimal)
+    assert process.returncode == 0
+    assert (last["speed"], last["shown"], last["end"]) == (Decimal("-0.500"), "BLUE", "stopped")
+
+
+def test_a_late_cycle_ends_it_where_that_is_asked_for(made):
+    with subprocess.Popen(
+        [made(EVERYTHING), "--strict"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as p:
+        assert p.stdout is not None
+        p.stdout.readline()
+        p.send_signal(signal.SIGSTOP)
+        time.sleep(0.05)  # the cycle takes 10 ms
+        p.send_signal(signal.SIGCONT)
+        last = json.loads(p.stdout.read().splitlines()[-1])
+    assert (p.returncode, last["end"], last["shown"]) == (1, "late", "BLUE")
