@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from dataclasses import field as with_default
 
+from llfsm_verify.diagnostics import Span
 from llfsm_verify.program.program import Block, Int, Program, Slot, Type
 from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.semantics.operators import OPERATOR
@@ -30,12 +31,13 @@ STATUSES = {
 @dataclass(frozen=True, slots=True)
 class Meaning:
     """What a program does not say of its arrangement: its outputs, their safe values, names of enumerations by their
-    values, and where it came from."""
+    values, where it came from, and where its names are declared."""
 
     outputs: Collection[str] = ()
     safe: Mapping[str, Value] = with_default(default_factory=dict)
     enumerations: Mapping[tuple[str, ...], str] = with_default(default_factory=dict)
     source: str = ""
+    places: Mapping[str, Span] = with_default(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +58,7 @@ class Image:
             raise ValueError("an image has one process")
         self.program = program
         self.meaning = meaning or Meaning()
-        self.names = Names(program, self.meaning.outputs, self.meaning.enumerations)
+        self.names = Names(program, self.meaning.outputs, self.meaning.enumerations, self.meaning.places)
         self.prefix = self.names.prefix
         self._functions: list[_Function] = []
 

@@ -10,7 +10,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Choice, Int, Program, Type, Var
 from llfsm_verify.targets import SAME_NAME
 from llfsm_verify.targets.c99.numbers import WIDE, Number, stored_as
@@ -71,39 +71,47 @@ def _value(text: str, kind: Type, stored: str) -> Number:
 
 
 class Names:
-    """Of one program. `outputs`: the variables that are outputs of the arrangement; `enumerations`: names by values.
+    """Of one program. `outputs`: the variables that are outputs of the arrangement; `enumerations`: names by values;
+    `places`: where variables of the whiteboard, machines and enumerations are declared.
 
     DiagnosticError (E504): two names would be one.
     """
 
     def __init__(
-        self, program: Program, outputs: Collection[str] = (), enumerations: Mapping[tuple[str, ...], str] | None = None
+        self,
+        program: Program,
+        outputs: Collection[str] = (),
+        enumerations: Mapping[tuple[str, ...], str] | None = None,
+        places: Mapping[str, Span] | None = None,
     ) -> None:
         self.program = program
         self.prefix = identifier(program.name)
         self._enumerations = enumerations or {}
+        self._places = places or {}
         self._taken: dict[str, str] = {f"{self.prefix}_{name}": "a name of every image" for name in OWN}
         self.machines = [identifier(m.name) for m in program.machines]
         self._groups = {
             m.name: f"{alone(m.name)}_" if alone(m.name) in SPECIAL else alone(m.name) for m in program.machines
         }
         for name, group in self._groups.items():
-            self._take(f"state.{group}", f"machine `{name}`")
+            self._take(f"state.{group}", f"machine `{name}`", name)
         self.fields = {v.name: self._field(v, v.name in outputs) for v in program.vars}
         self.inputs = {c.name: alone(c.name) for c in program.choices}
         for name, field in self.inputs.items():
-            self._take(f"inputs.{field}", f"input `{name}`")
+            self._take(f"inputs.{field}", f"input `{name}`", name)
         self._states = {s.state: program.machines[s.machine] for s in program.slots}
         for kind, (name, labels) in self._kinds.items():
-            self._take(kind, f"the type of `{name}`")
+            self._take(kind, f"the type of `{name}`", name)
             for label in labels:
-                self._take(self._label(name, label), f"`{label}` of `{name}`")
+                self._take(self._label(name, label), f"`{label}` of `{name}`", name)
 
-    def _take(self, name: str, what: str) -> None:
+    def _take(self, name: str, what: str, owner: str) -> None:
+        """A name is taken by something of what is declared as `owner`."""
         other = self._taken.setdefault(name, what)
         if other is not what:
             message = f"{other} and {what} would both be `{name.partition('.')[2] or name}` in C"
-            raise DiagnosticError(Diagnostic(SAME_NAME, message, hint="give one of them another name"))
+            place = self._places.get(re.split(r"[.\[]", owner)[0])
+            raise DiagnosticError(Diagnostic(SAME_NAME, message, place, hint="give one of them another name"))
 
     def _field(self, var: Var, output: bool) -> Field:
         kind, machine = var.origin.kind, var.origin.machine
@@ -113,7 +121,7 @@ class Names:
         else:
             group = "outputs" if output else "whiteboard" if kind in ("whiteboard", "input") else "control"
         name = f"{identifier(rest)}_" if "$" in rest and group != "control" else alone(rest)
-        self._take(f"{group}.{name}", f"`{var.name}`")
+        self._take(f"{group}.{name}", f"`{var.name}`", var.name)
         return Field(var, group, name, stored_as(var.type))
 
     def _label(self, owner: str, label: str) -> str:

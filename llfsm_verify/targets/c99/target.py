@@ -42,5 +42,8 @@ def image_for(arrangement: Arrangement) -> Image:
         for leaf in leaves(entry.variable.type)
     ]
     enumerations = {found.values: found.name for found in arrangement.enumerations}
-    meaning = Meaning(outputs, safe_values(arrangement), enumerations, arrangement.path)
+    places = {entry.variable.name: entry.variable.span for entry in arrangement.whiteboard}
+    places |= {found.name: found.span for found in arrangement.declared_types}
+    places |= {machine.name: machine.span for machine in arrangement.machines}
+    meaning = Meaning(outputs, safe_values(arrangement), enumerations, arrangement.path, places)
     return Image(lower(arrangement, keep_all_bits=True), meaning)

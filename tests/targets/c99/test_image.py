@@ -1,0 +1,99 @@
+"""What a caller of an image relies on: statuses, the layout, the header in C++, no work of a fault left behind."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from dataclasses import replace
+from shutil import which
+
+import pytest
+
+from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.program.program import Int
+from llfsm_verify.targets.c99.image import STATUSES, Image
+from llfsm_verify.targets.c99.target import image_for
+from llfsm_verify.targets.images import image_of
+from tests.targets.c99.compiled import Built, compile_strictly, needs_avr, needs_clang, needs_gcc, write
+
+EVERYTHING = "tests/targets/c99/everything.yaml"
+BAD_INPUT, CORRUPT = (STATUSES[name][0] - 10 for name in ("BAD_INPUT", "CORRUPT"))
+
+
+@pytest.fixture(scope="module")
+def image() -> Image:
+    return image_for(image_of(load_arrangement(EVERYTHING)))
+
+
+@needs_gcc
+@pytest.mark.slow
+def test_an_input_outside_its_range_is_refused_and_changes_nothing(image):
+    built = Built(image)
+    before = built.start()
+    for choice in image.program.choices:
+        for value in (choice.type.low - 1, choice.type.high + 1):
+            if choice.type.boolean or choice.name in ("far", "code"):
+                continue  # their types have no other values
+            assert built.step({choice.name: value}) == BAD_INPUT
+            assert built.step({choice.name: value}, "cycle") == BAD_INPUT
+            assert built.state() == before
+    assert built.step({}) == 0
+
+
+@needs_gcc
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["boss.$state", "main.$turn"])
+def test_a_state_that_is_none_ends_it_with_safe_values(name, image):
+    built = Built(image)
+    built.put({**built.start(), name: 77, "shown": 0})
+    assert built.step({}) == CORRUPT
+    assert built.state() == {**built.state(), "speed": -500, "shown": 2}
+    assert built.step({}) == CORRUPT
+
+
+@pytest.mark.skipif(which("g++") is None, reason="g++ is not installed")
+@pytest.mark.slow
+def test_the_header_is_one_of_c_plus_plus_and_the_source_is_called_from_there(image, tmp_path):
+    write(image, tmp_path)
+    main = "int main() { everything_state s; everything_inputs i; everything_init(&s); everything_first(&i);"
+    call = " return everything_layout() == everything_LAYOUT ? everything_cycle(&s, &i) : 9; }"
+    (tmp_path / "main.cpp").write_text(f'#include "everything.h"\n{main}{call}\n')
+    flags = ("-Wall", "-Wextra", "-Wconversion", "-Werror", "-pedantic", "-std=c++11")
+    compile_strictly("gcc", tmp_path / "everything.c", tmp_path / "image.o")
+    subprocess.run(["g++", *flags, "main.cpp", "image.o", "-o", "program"], cwd=tmp_path, check=True)
+    assert subprocess.run([tmp_path / "program"], check=False).returncode == 0
+
+
+def test_another_range_is_another_layout(image):
+    def changed(name: str, kind: Int) -> Image:
+        variables = tuple(replace(v, type=kind) if v.name == name else v for v in image.program.vars)
+        return Image(replace(image.program, vars=variables), image.meaning)
+
+    assert image.layout() == image_for(image_of(load_arrangement(EVERYTHING))).layout()
+    assert changed("secret", Int(0, 4)).layout() != image.layout()
+
+
+def test_nothing_is_allocated_global_recursive_or_floating(image):
+    text = re.sub(r"/\*.*?\*/", "", image.source(), flags=re.DOTALL)
+    assert not re.search(r"\b(malloc|float|double|goto|longjmp)\b", text)
+    assert not re.search(r"^[a-z][\w ]* \w+( =.*)?;$", text, re.MULTILINE)
+    called: dict[str, set[str]] = {}
+    for found in re.finditer(r"^\w[\w *]* \*?(\w+)\([^;{}]*\)\n\{\n(.*?)^\}", text, re.MULTILINE | re.DOTALL):
+        called[found[1]] = set(re.findall(r"\b(\w+)\(", found[2]))
+    order = {name: number for number, name in enumerate(called)}
+    assert len(called) > 20
+    assert all(order.get(other, -1) < order[name] for name, others in called.items() for other in others)
+
+
+@needs_clang
+@pytest.mark.slow
+def test_clang_has_no_warning(image, tmp_path):
+    write(image, tmp_path)
+    compile_strictly("clang", tmp_path / "everything.c", tmp_path / "image.o", "-O2")
+
+
+@needs_avr
+@pytest.mark.slow
+def test_a_compiler_whose_int_has_16_bits_has_no_warning(image, tmp_path):
+    write(image, tmp_path)
+    compile_strictly("avr-gcc", tmp_path / "everything.c", tmp_path / "image.o", "-mmcu=atmega328p", "-Os")
