@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from llfsm_verify.language.types import FixedType
-from llfsm_verify.program.program import Const, Expr, Int
+from llfsm_verify.program.program import Const, Expr, Int, Ite, Op
 from llfsm_verify.program.terms import const, ite, op, wrapped
 
 Let = Callable[[Expr], Expr]
@@ -64,6 +64,26 @@ def _common(kind: FixedType, u: Expr, v: Expr) -> Expr:
 def _bit(u: Expr, v: Expr, number: int) -> Expr:
     ones = [op("eq", op("mod", op("div", x, const(1 << number)), const(2)), const(1)) for x in (u, v)]
     return ite(op("and", *ones), const(1 << number), const(0))
+
+
+def common_bits(e: Expr) -> tuple[Expr, Expr] | None:
+    """The two numbers of which an expression is the common bits, where `bitwise` made it; else None."""
+    rest, lowest, count = e, e, 0
+    while isinstance(rest, Op) and rest.op == "add" and len(rest.args) == 2 and isinstance(rest.args[1], Ite):
+        rest, lowest = rest.args
+        count += 1
+    if count < 8 or not isinstance(lowest, Ite) or not isinstance(lowest.condition, Op):
+        return None
+    found: list[Expr] = []
+    for part in lowest.condition.args:  # eq(mod(div(number, 1), 2), 1)
+        for _ in range(3):
+            if not isinstance(part, Op):
+                return None
+            part = part.args[0]
+        found.append(part)
+    if len(found) != 2 or e != _sum(_bit(found[0], found[1], number) for number in range(count)):
+        return None
+    return found[0], found[1]
 
 
 def _runs(mask: int) -> Iterator[tuple[int, int]]:

@@ -36,6 +36,7 @@ from llfsm_verify.program.program import (
 )
 from llfsm_verify.program.terms import fits
 from llfsm_verify.program.trees import branches
+from llfsm_verify.semantics.bits import common_bits
 from llfsm_verify.targets.c99.names import KEPT, Names, identifier
 from llfsm_verify.targets.c99.numbers import BITS, KINDS, RAW, WIDE, Number, holds, kind_of, literal, written
 
@@ -203,7 +204,12 @@ class BlockText:
                 position = self._as((yield self._value(index)), "size_t").text
                 return self._names.load(name, position)
             case Op(op, args, _):
+                bits = common_bits(expression) if op == "add" else None
                 given: list[Number] = []
+                if bits is not None:
+                    for number in bits:
+                        given.append((yield self._value(number)))  # noqa: PERF401 - a comprehension cannot yield
+                    return self._made(self._common(*given))
                 for argument in args:
                     given.append((yield self._value(argument)))  # noqa: PERF401 - a comprehension cannot yield
                 if op in ("eq", "ne"):
@@ -238,6 +244,8 @@ class BlockText:
         (then, first), (otherwise, second) = sides
         low, high = min(then.low, otherwise.low), max(then.high, otherwise.high)
         truth = all(n.type == "bool" or n.value in (0, 1) for n in (then, otherwise)) and low >= 0 and high <= 1
+        if truth and not first and not second and {then.value, otherwise.value} == {0, 1}:
+            return condition if then.value else self._logic("not", [condition], condition.depth + 1)
         kind = "bool" if truth else kind_of(low, high)
         texts = [self._as(n, kind) for n in (then, otherwise)]
         if not first and not second:
@@ -267,10 +275,12 @@ class BlockText:
         low, high = kind.low, kind.high
         if op in ("div", "mod") and args[1].low == args[1].high == 0:
             return literal(0)  # nothing gets here
+        for known, other in ((args[0], args[-1]), (args[-1], args[0])):
+            if (op == "add" and known.value == 0) or (op == "div" and known is args[1] and known.value == 1):
+                return other
         computed = kind_of(min(low, *(a.low for a in args)), max(high, *(a.high for a in args)))
         if computed == WIDE:
-            made = Number(self._wide(op, args, high), WIDE, low, high, depth=depth)
-            return self._as(made, "int64_t") if holds("int64_t", low, high) else made
+            return self._narrowed(self._wide(op, args, high), low, high, depth)
         return self._plain(op, args, kind, computed, depth)
 
     def _plain(self, op: OpName, args: Sequence[Number], kind: Int, computed: str, depth: int) -> Number:
@@ -366,6 +376,21 @@ class BlockText:
         if number.type == RAW:
             number = self._as(number, "int16_t")
         return self._as(number, f"uint{bits}_t").text
+
+    def _common(self, left: Number, right: Number) -> Number:
+        """The common bits of two numbers without a sign."""
+        high, depth = min(left.high, right.high), 1 + max(left.depth, right.depth)
+        kind = kind_of(0, max(left.high, right.high))
+        if kind == WIDE:
+            texts = [self._as(number, "uint64_t").operand for number in (left, right)]
+            return self._narrowed(_call("wide_of", "0", " & ".join(texts)), 0, high, depth)
+        texts = [self._as(number, kind).operand for number in (left, right)]
+        return Number(" & ".join(texts), RAW if kind == "int16_t" else kind, 0, high, False, depth=depth)
+
+    def _narrowed(self, wide: str, low: int, high: int, depth: int) -> Number:
+        """A result of 128 bits, in 64 where it fits."""
+        made = Number(wide, WIDE, low, high, depth=depth)
+        return self._as(made, "int64_t") if holds("int64_t", low, high) else made
 
     def _wide(self, op: OpName, args: Sequence[Number], high: int) -> str:
         """Arithmetic of 128 bits. All its sides and its result have a sign, or none has."""

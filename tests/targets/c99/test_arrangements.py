@@ -137,6 +137,36 @@ def test_pools_commands_refusals_faults_and_each_type(flags):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("kind", ["uint8", "int8", "uint16", "int16", "uint32", "int32", "uint64", "int64"])
+def test_bits_are_those_of_c(kind):
+    """Step programs have them as sums, of which each is written as one `&`."""
+    texts = {
+        "both": "a & b",
+        "some": "a | b",
+        "one": "a ^ b",
+        "other": "~a",
+        "low": "a & 6",
+        "up": "a << 3",
+        "down": "b >> 2",
+    }
+    names = ("a", "b")
+    document = {
+        "name": "bits", "cycle_ms": "1",
+        "whiteboard": {n: {"type": kind, "role": "input"} for n in names} | {n: {"type": kind} for n in texts},
+        "machines": {"m": {"inline": {"machine": "M", "states": [
+            {"name": "S", "internal": " ".join(f"{n} = {t};" for n, t in texts.items()), "stays": "true"},
+        ]}}},
+        "schedule": ["m"],
+    }  # fmt: skip
+    arrangement = image_of(build_arrangement(document))
+    source = image_for(arrangement).source()
+    body = source[source.index("in_m_S(") :]
+    assert body.count(" & ") >= 3
+    assert max(map(len, body.splitlines())) < 200
+    walk(arrangement, Random(2), Counter(), "-O1", "-fsanitize=undefined", "-fno-sanitize-recover=all", steps=200)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["microwave", "lift", "traffic_lights", "xray", "level_crossing", "press"])
 def test_case_studies_do_in_c_what_the_executor_does(name):
     arrangement = image_of(load_arrangement(f"models/{name}/arrangement.yaml"))
