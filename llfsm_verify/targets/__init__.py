@@ -10,9 +10,9 @@ What a user writes, and what that prints:
 
 Mistakes:
 
-    models/level_crossing/machines.yaml: E503 a process for each: one image runs one schedule
-    models/batman/arrangement.yaml:19:3: E503 `wander` stands for something else (`model: true`)
-    oven: E505 microwave.c is there, and not written by `llfsm build`
+    models/batman/arrangement.yaml:19:3: error[E503]: `wander` is a model of something else (`model: true`), …
+    a.yaml:2:46: error[E504]: input `k_0` and input `k[0]` would both be `k_0` in C
+    oven: error[E505]: microwave.c is there already, and `llfsm build` has not written it
 """
 
 from typing import Final

@@ -190,11 +190,10 @@ static wide wide_quotient(wide a, wide b)
     wide rest = wide_of(0, 0);
     int_fast16_t left;
     for (left = 128; left > 0; left--) {
-        bool carry = (rest.high >> 63) != 0;
         rest = wide_of((rest.high << 1) | (rest.low >> 63), (rest.low << 1) | (a.high >> 63));
         a = wide_of((a.high << 1) | (a.low >> 63), a.low << 1);
         quotient = wide_of((quotient.high << 1) | (quotient.low >> 63), quotient.low << 1);
-        if (carry || !wide_less(rest, false, b, false)) {
+        if (!wide_less(rest, false, b, false)) {
             rest = wide_sub(rest, b);
             quotient.low |= 1;
         }
