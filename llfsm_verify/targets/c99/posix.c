@@ -190,7 +190,9 @@ static void write_line(const NAME_state *state, uint64_t cycle, const char *end)
         printf(", \"end\": \"%s\"", end);
     }
     printf("}\n");
-    fflush(stdout);
+    if (fflush(stdout) != 0) {
+        stopping = 1; /* nobody reads on */
+    }
 }
 
 typedef struct {
@@ -230,7 +232,7 @@ static bool take(reader *from, NAME_inputs *inputs, bool wait)
         }
         ready.fd = STDIN_FILENO;
         ready.events = POLLIN;
-        if (poll(&ready, 1, wait ? -1 : 0) <= 0) {
+        if (poll(&ready, 1, wait ? 100 : 0) <= 0) { /* a signal may come just before it */
             if (wait && !stopping) {
                 continue;
             }
@@ -307,6 +309,8 @@ int main(int count, char **words)
     action.sa_handler = stop;
     sigaction(SIGTERM, &action, NULL);
     sigaction(SIGINT, &action, NULL);
+    action.sa_handler = SIG_IGN;
+    sigaction(SIGPIPE, &action, NULL);
     NAME_init(&state);
     NAME_first(&inputs);
     due = now();

@@ -141,6 +141,17 @@ def test_a_signal_ends_it_with_safe_values(number, made):
     assert (last["speed"], last["shown"], last["end"]) == (Decimal("-0.500"), "BLUE", "stopped")
 
 
+def test_it_ends_where_nobody_reads_on(made):
+    command = [made(EVERYTHING), "--lines"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdout.close()
+        process.stdin.write("{}\n")
+        process.stdin.flush()
+        assert process.wait(60) == 0
+
+
 def test_a_late_cycle_ends_it_where_that_is_asked_for(made):
     with subprocess.Popen(
         [made(EVERYTHING), "--strict"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
