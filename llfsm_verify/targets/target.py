@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from llfsm_verify.registry import Entry, Registry
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What a user wants of a target. `world`: a name of `Target.worlds`."""
+
+    world: str
+    optimize: Literal["size", "speed"] = "speed"
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,15 +29,16 @@ class Made:
 
 
 class Target(Protocol):
-    """A language in which arrangements are written for other machines. `worlds`: what `--for` takes.
+    """A language in which arrangements are written for other machines. `worlds`: what `--for` takes, with a line about
+    each.
 
     `mark` is in the first line of each of its files.
     """
 
-    worlds: tuple[str, ...]
+    worlds: Mapping[str, Entry]
     mark: str
 
-    def make(self, arrangement: Arrangement, world: str) -> Made:
+    def make(self, arrangement: Arrangement, wanted: Wanted) -> Made:
         """The files. `arrangement` is as `images.image_of` returns it. DiagnosticError: it has no meaning there."""
         ...
 

@@ -67,7 +67,7 @@ COMMANDS = Commands(
         _folder("run", "debug", "walk a run forwards and backwards, and see why transitions fire"),
         _module("build", "init", "write a small arrangement with properties and tests"),
         _folder("build", "monitor", "say what can be decided at run time, and write monitors"),
-        _module("build", "build", "write an arrangement as a program for another machine, as C"),
+        _folder("build", "build", "write an arrangement as a program for another machine, as C"),
         _folder("build", "guard", "put a monitor and a switch before outputs, and prove what they keep"),
         _module("exchange", "draw", "draw a machine or the arrangement"),
         _folder("exchange", "kripke", "write the Kripke structure, or a model for another checker"),

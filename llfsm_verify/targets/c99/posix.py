@@ -11,6 +11,7 @@ from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.targets.c99.blocks import comment
 from llfsm_verify.targets.c99.image import MARK, Image
 from llfsm_verify.targets.c99.numbers import stored_as
+from llfsm_verify.targets.target import Made, Wanted
 from llfsm_verify.values import element_names
 
 _HEAD = """\
@@ -41,6 +42,13 @@ typedef struct {
     number high;
 } kind;
 """
+
+
+def posix(image: Image, _wanted: Wanted, /) -> Made:
+    """See `World`."""
+    p = image.prefix
+    made = {f"{p}_main.c": program(image), "README.md": readme(image)}
+    return Made(made, (f"Compile it: cc -std=c99 -O2 {p}.c {p}_main.c -o {p}",))
 
 
 def program(image: Image) -> str:

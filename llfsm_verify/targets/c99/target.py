@@ -7,27 +7,22 @@ from llfsm_verify.runtime.live.plan import safe_values
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.storage import leaves
 from llfsm_verify.targets.c99.image import MARK, Image, Meaning
-from llfsm_verify.targets.c99.posix import program, readme
-from llfsm_verify.targets.target import Made
+from llfsm_verify.targets.c99.worlds import WORLDS
+from llfsm_verify.targets.target import Made, Wanted
 
 
 class _C99:
     """See `Target`."""
 
-    worlds = ("none", "posix")
+    worlds = WORLDS
     mark = MARK
 
-    def make(self, arrangement: Arrangement, world: str) -> Made:
-        """`none`: for a caller that knows its machine itself; `posix`: a program that runs by itself."""
+    def make(self, arrangement: Arrangement, wanted: Wanted) -> Made:
+        """See `Target`."""
         image = image_for(arrangement)
         source = image.source()
-        files = {f"{image.prefix}.h": image.header(), f"{image.prefix}.c": source}
-        if world == "posix":
-            files |= {f"{image.prefix}_main.c": program(image), "README.md": readme(image)}
-            compiled = f"cc -std=c99 -O2 {image.prefix}.c {image.prefix}_main.c -o {image.prefix}"
-            return Made(files, (f"Compile it: {compiled}",))
-        period = f"{float(arrangement.cycle_ms or 0):g}"
-        return Made(files, (f"Call {image.prefix}_cycle once in {period} ms.",))
+        made = WORLDS.load(wanted.world)(image, wanted)
+        return Made({f"{image.prefix}.h": image.header(), f"{image.prefix}.c": source, **made.files}, made.notes)
 
 
 C99 = _C99()

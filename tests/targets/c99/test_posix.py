@@ -17,6 +17,7 @@ from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.targets.c99.target import C99, image_for
 from llfsm_verify.targets.images import image_of
+from llfsm_verify.targets.target import Wanted
 from llfsm_verify.values import elements, text, value_text
 from tests.targets.c99.compiled import STRICT, needs_gcc
 
@@ -33,7 +34,7 @@ def made(tmp_path_factory):
     def build(path: str) -> str:
         if path not in built:
             folder = tmp_path_factory.mktemp("made")
-            files = C99.make(image_of(load_arrangement(path)), "posix").files
+            files = C99.make(image_of(load_arrangement(path)), Wanted("posix")).files
             for name, content in files.items():
                 (folder / name).write_text(content)
             sources = [name for name in files if name.endswith(".c")]

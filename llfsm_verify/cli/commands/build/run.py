@@ -7,46 +7,26 @@ from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
-from llfsm_verify.cli import arguments as shared
-from llfsm_verify.cli.arguments import milliseconds
 from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.opening import open_arrangement
-from llfsm_verify.cli.parser import Parser, UsageError
+from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing, special_kind
 from llfsm_verify.targets import UNWRITABLE
-from llfsm_verify.targets.target import TARGETS
-
-
-def arguments(parser: Parser) -> None:
-    """Add the arguments of `llfsm build`."""
-    parser.about(
-        "Write an arrangement as a program for a machine without Python: what `llfsm run` does, in the target's "
-        "language.",
-        "llfsm build arrangement.yaml --target c --for none --output oven",
-        "exit codes: 0 written, 2 wrong usage, 3 input files wrong or unreadable, what has no meaning there, or the "
-        "files cannot be written",
-    )
-    add = parser.add_argument
-    shared.arrangement(parser)
-    add("--target", choices=TARGETS, required=True, help="; ".join(f"{e.name}: {e.about}" for e in TARGETS.values()))
-    add("--for", dest="world", metavar="WORLD", required=True, help="none: a caller of yours; posix: a program")
-    add("--cycle-ms", metavar="MS", type=milliseconds, help="how long a cycle of an untimed arrangement takes")
-    add("-o", "--output", metavar="FOLDER", required=True, help="write the files there, and replace no others")
+from llfsm_verify.targets.images import image_of
+from llfsm_verify.targets.target import TARGETS, Wanted
 
 
 def run(options: Namespace) -> int:
     """Returns 0; raises UsageError, or DiagnosticError: wrong files, what has no meaning in an image (E503, E504), or
     files that cannot be written (E505)."""
-    from llfsm_verify.targets.images import image_of
-
     target = TARGETS.load(options.target)
     if options.world not in target.worlds:
         raise UsageError(f"--for {options.world[:40]}: {options.target} is made for {', '.join(target.worlds)}")
     if not options.output:
         raise UsageError("--output needs the name of a folder")
     given = open_arrangement(options.arrangement)
-    made = target.make(image_of(given, options.cycle_ms), options.world)
+    made = target.make(image_of(given, options.cycle_ms), Wanted(options.world))
     if given.environment is not None:
         tell("note: the model of the surroundings is left out: the inputs that it wrote come from the world")
     folder = Path(options.output)

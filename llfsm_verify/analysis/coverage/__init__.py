@@ -1,0 +1,1 @@
+"""What runs cover of an arrangement, and short runs that cover what can be covered."""

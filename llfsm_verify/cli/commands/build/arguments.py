@@ -1,0 +1,33 @@
+"""The arguments of `llfsm build`."""
+
+from __future__ import annotations
+
+from llfsm_verify.cli import arguments as shared
+from llfsm_verify.cli.arguments import milliseconds
+from llfsm_verify.cli.parser import Parser
+from llfsm_verify.targets.c99.worlds import WORLDS
+from llfsm_verify.targets.target import TARGETS
+
+
+def arguments(parser: Parser) -> None:
+    """Add the arguments of `llfsm build`."""
+    parser.about(
+        "Write an arrangement as a program for a machine without Python: what `llfsm run` does, in the target's "
+        "language.",
+        "llfsm build arrangement.yaml --target c --for none --output oven",
+        "exit codes: 0 written, 2 wrong usage, 3 input files wrong or unreadable, what has no meaning there, or the "
+        "files cannot be written",
+    )
+    add = parser.add_argument
+    worlds = "; ".join(f"{e.name}: {e.about}" for e in WORLDS.values())
+    shared.arrangement(parser)
+    add("--target", choices=TARGETS, required=True, help="; ".join(f"{e.name}: {e.about}" for e in TARGETS.values()))
+    add(
+        "--for",
+        dest="world",
+        metavar="WORLD",
+        required=True,
+        help="; ".join(f"{e.name}: {e.about}" for e in WORLDS.values()),
+    )
+    add("--cycle-ms", metavar="MS", type=milliseconds, help="how long a cycle of an untimed arrangement takes")
+    add("-o", "--output", metavar="FOLDER", required=True, help="write the files there, and replace no others")
