@@ -22,12 +22,6 @@ def arguments(parser: Parser) -> None:
     worlds = "; ".join(f"{e.name}: {e.about}" for e in WORLDS.values())
     shared.arrangement(parser)
     add("--target", choices=TARGETS, required=True, help="; ".join(f"{e.name}: {e.about}" for e in TARGETS.values()))
-    add(
-        "--for",
-        dest="world",
-        metavar="WORLD",
-        required=True,
-        help="; ".join(f"{e.name}: {e.about}" for e in WORLDS.values()),
-    )
+    add("--for", dest="world", metavar="WORLD", required=True, help=worlds)
     add("--cycle-ms", metavar="MS", type=milliseconds, help="how long a cycle of an untimed arrangement takes")
     add("-o", "--output", metavar="FOLDER", required=True, help="write the files there, and replace no others")
