@@ -44,7 +44,7 @@ soak: $(VENV)/.test ## Random checks at length, on fresh examples: hours; SOAK=1
 	LLFSM_FRESH=1 $(PYTEST) --timeout=0 -o faulthandler_timeout=0
 	$(BIN)/python -m tests.verification.agreeing $(shell expr 10 '*' $(SOAK)) $(or $(SEED),1)
 	$(BIN)/python -m tests.oracle.judging $(shell expr 10 '*' $(SOAK)) $(or $(SEED),1)
-	$(BIN)/python -m tests.exports.compare $(SOAK) $(or $(SEED),1)
+	$(BIN)/python -m tests.extensions.checkers.compare $(SOAK) $(or $(SEED),1)
 	$(BIN)/python -m tests.fuzzing $(shell expr 100 '*' $(SOAK)) $(or $(SEED),1)
 
 oracles: $(VENV)/.test ## Install or build what tests compare us with, and say what is missing; GROUP=core|targets|robots|view|knowledge

@@ -1,10 +1,10 @@
 """What an extension, or another package, may know of us besides the front door: the protocols of what can be added.
 
-An engine, a kind of port, a reader and a writer of arrangements, a report, a reader of logs, a format of timelines, a
-drawing, a command and a front end of the debugger each have a registry, an entry and a protocol here (docs/plugs.md).
-As in the front door, each name is imported when it is first asked for. Lint rules have no registry, and targets do not
-exist yet. The functions beside these (`find_accepting_lasso`, `mask`, `moves_of` and others), which the examples use,
-may change.
+An engine, a kind of port, a reader and a writer of arrangements, a model for another checker, a report, a reader of
+logs, a format of timelines, a drawing, a command and a front end of the debugger each have a registry, an entry and a
+protocol here (docs/plugs.md). As in the front door, each name is imported when it is first asked for. Lint rules have
+no registry. The functions beside these (`find_accepting_lasso`, `mask`, `moves_of` and others), which the examples use,
+may change, and so may what walks step programs and formulas (`fold`, `op`, `mapped` and others).
 """
 
 from __future__ import annotations
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from llfsm_verify.arrangement.formats.reading import MACHINES, Reading, opened
     from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, NewState, Uneditable, Writer
     from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
+    from llfsm_verify.automata.automaton import Edge as AutomatonEdge
+    from llfsm_verify.automata.ltl.translate import translate
     from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
     from llfsm_verify.automata.omega.moves import Lazy, moves_of
     from llfsm_verify.automata.safety import PrefixMonitor
@@ -60,10 +62,44 @@ if TYPE_CHECKING:
     from llfsm_verify.cli.parser import Parser as CommandParser
     from llfsm_verify.diagnostics import Source, Span
     from llfsm_verify.jsonvalue import Json
+    from llfsm_verify.kripke.export.formats import MODELS
+    from llfsm_verify.kripke.export.specification import Specification
     from llfsm_verify.kripke.observing import observed_outputs
+    from llfsm_verify.language.types import decimal_text
     from llfsm_verify.limits import LimitReached, reached, tick
+    from llfsm_verify.logic.formula import Formula, apply, atom, conjunction, mapped, negation, postorder
+    from llfsm_verify.logic.formula import Op as FormulaOp
+    from llfsm_verify.logic.rewriting.normal_form import nnf
     from llfsm_verify.program.moves import Move
-    from llfsm_verify.program.program import Int, Var
+    from llfsm_verify.program.program import (
+        BOOL,
+        Block,
+        Choice,
+        Const,
+        Emit,
+        Expr,
+        Fault,
+        Get,
+        If,
+        Int,
+        Ite,
+        Let,
+        Local,
+        Op,
+        OpName,
+        Program,
+        Sample,
+        Set,
+        Stmt,
+        Switch,
+        Type,
+        Var,
+    )
+    from llfsm_verify.program.symbolic import FAULT, Key, Values, scalars, typed
+    from llfsm_verify.program.symbolic import Definitions as SymbolicDefinitions
+    from llfsm_verify.program.terms import FALSE, TRUE, const, get, interval, ite, op
+    from llfsm_verify.program.terms import conjunction as all_of
+    from llfsm_verify.program.trees import expressions, fold, nodes, parts, ringlet, statements, stop_at_faults
     from llfsm_verify.registry import Entry, Package, Registry
     from llfsm_verify.report.debugging import lines_of
     from llfsm_verify.report.drawing.formats import DRAWINGS
@@ -109,7 +145,8 @@ _PLACES = {
     "arrangement.formats.data": ("draft_data",),
     "arrangement.formats.reading": ("MACHINES", "Reading", "opened"),
     "arrangement.formats.writing": ("Editor", "Edits", "NewMachine", "NewState", "Uneditable", "Writer"),
-    "automata.automaton": ("Automaton", "AutomatonTooLarge"),
+    "automata.automaton": ("Automaton", "AutomatonTooLarge", "Edge as AutomatonEdge"),
+    "automata.ltl.translate": ("translate",),
     "automata.omega.emptiness": ("find_accepting_lasso",),
     "automata.omega.moves": ("Lazy", "moves_of"),
     "automata.safety": ("PrefixMonitor",),
@@ -126,10 +163,41 @@ _PLACES = {
     "cli.parser": ("CommandEntry", "Parser as CommandParser", "UsageError"),
     "diagnostics": ("Source", "Span"),
     "jsonvalue": ("Json",),
+    "kripke.export.formats": ("MODELS",),
+    "kripke.export.specification": ("Specification",),
     "kripke.observing": ("observed_outputs",),
+    "language.types": ("decimal_text",),
     "limits": ("LimitReached", "reached", "tick"),
+    "logic.formula": ("Formula", "Op as FormulaOp", "apply", "atom", "conjunction", "mapped", "negation", "postorder"),
+    "logic.rewriting.normal_form": ("nnf",),
     "program.moves": ("Move",),
-    "program.program": ("Int", "Var"),
+    "program.program": (
+        "BOOL",
+        "Block",
+        "Choice",
+        "Const",
+        "Emit",
+        "Expr",
+        "Fault",
+        "Get",
+        "If",
+        "Int",
+        "Ite",
+        "Let",
+        "Local",
+        "Op",
+        "OpName",
+        "Program",
+        "Sample",
+        "Set",
+        "Stmt",
+        "Switch",
+        "Type",
+        "Var",
+    ),
+    "program.symbolic": ("FAULT", "Definitions as SymbolicDefinitions", "Key", "Values", "scalars", "typed"),
+    "program.terms": ("FALSE", "TRUE", "conjunction as all_of", "const", "get", "interval", "ite", "op"),
+    "program.trees": ("expressions", "fold", "nodes", "parts", "ringlet", "statements", "stop_at_faults"),
     "registry": ("Entry", "Package", "Registry"),
     "report.debugging": ("lines_of",),
     "report.drawing.formats": ("DRAWINGS",),
@@ -153,21 +221,26 @@ _PLACES = {
 """Where each name is, below this package."""
 
 __all__ = [
-    "ARRANGEMENTS", "COMMANDS", "COUNT", "DRAWINGS", "ENGINES", "FILE", "FLAG", "FRONT_ENDS", "LOGS", "MACHINES",
-    "NUMBER", "PORTS", "REPORTS", "SECONDS", "SWITCH", "TIMELINES", "TRUTHS", "UNREADABLE", "WHEN", "WRITERS",
-    "WRONG_PORT", "Answer", "ArrangementDraft", "Automaton", "AutomatonTooLarge", "CommandEntry", "CommandParser",
-    "DebugAnswer", "DebugError", "DebugSession", "Draft", "DrawnEdge", "DrawnNode", "Editor", "Edits",
-    "EngineEntry", "EngineOption", "EngineOptions", "Entry", "Execution", "Exploration", "Field", "Given",
-    "GivenArrangement", "Goal", "Graph", "Holds", "InstanceDraft", "Int", "Interpreter", "Json", "Lazy", "Letter",
-    "LimitReached", "LinePort", "Link", "MachineDraft", "Move", "NewMachine", "NewState", "NoColumn", "Node",
-    "Output", "Package", "ParameterDraft", "Port", "PortKind", "PrefixMonitor", "ProcessDraft", "Reading",
-    "Registry", "Report", "ReportEntry", "Result", "Row", "Scalar", "Schedule", "Sequence", "Session", "Shown",
-    "Signal", "Single", "Source", "Span", "Started", "StateDraft", "Style", "Table", "Timeline", "TimelineRow",
-    "TransitionDraft", "Turn", "Uneditable", "Unknown", "Unopened", "Unreadable", "UsageError", "Value", "Var",
+    "ARRANGEMENTS", "BOOL", "COMMANDS", "COUNT", "DRAWINGS", "ENGINES", "FALSE", "FAULT", "FILE", "FLAG",
+    "FRONT_ENDS", "LOGS", "MACHINES", "MODELS", "NUMBER", "PORTS", "REPORTS", "SECONDS", "SWITCH", "TIMELINES",
+    "TRUE", "TRUTHS", "UNREADABLE", "WHEN", "WRITERS", "WRONG_PORT", "Answer", "ArrangementDraft", "Automaton",
+    "AutomatonEdge", "AutomatonTooLarge", "Block", "Choice", "CommandEntry", "CommandParser", "Const",
+    "DebugAnswer", "DebugError", "DebugSession", "Draft", "DrawnEdge", "DrawnNode", "Editor", "Edits", "Emit",
+    "EngineEntry", "EngineOption", "EngineOptions", "Entry", "Execution", "Exploration", "Expr", "Fault", "Field",
+    "Formula", "FormulaOp", "Get", "Given", "GivenArrangement", "Goal", "Graph", "Holds", "If", "InstanceDraft",
+    "Int", "Interpreter", "Ite", "Json", "Key", "Lazy", "Let", "Letter", "LimitReached", "LinePort", "Link",
+    "Local", "MachineDraft", "Move", "NewMachine", "NewState", "NoColumn", "Node", "Op", "OpName", "Output",
+    "Package", "ParameterDraft", "Port", "PortKind", "PrefixMonitor", "ProcessDraft", "Program", "Reading",
+    "Registry", "Report", "ReportEntry", "Result", "Row", "Sample", "Scalar", "Schedule", "Sequence", "Session",
+    "Set", "Shown", "Signal", "Single", "Source", "Span", "Specification", "Started", "StateDraft", "Stmt",
+    "Style", "Switch", "SymbolicDefinitions", "Table", "Timeline", "TimelineRow", "TransitionDraft", "Turn",
+    "Type", "Uneditable", "Unknown", "Unopened", "Unreadable", "UsageError", "Value", "Values", "Var",
     "VariableDraft", "Violated", "Wanted", "WhiteboardDraft", "Words", "Writer", "Written", "add_premises",
-    "bad_prefixes_of", "cell_text", "claim_of", "draft_data", "evaluate", "find_accepting_lasso", "implied",
-    "lines_of", "mark", "mask", "moves_of", "observed_outputs", "opened", "parse_command", "reached", "read_named",
-    "read_source", "text", "tick", "whole_number", "written",
+    "all_of", "apply", "atom", "bad_prefixes_of", "cell_text", "claim_of", "conjunction", "const", "decimal_text",
+    "draft_data", "evaluate", "expressions", "find_accepting_lasso", "fold", "get", "implied", "interval", "ite",
+    "lines_of", "mapped", "mark", "mask", "moves_of", "negation", "nnf", "nodes", "observed_outputs", "op",
+    "opened", "parse_command", "parts", "postorder", "reached", "read_named", "read_source", "ringlet", "scalars",
+    "statements", "stop_at_faults", "text", "tick", "translate", "typed", "whole_number", "written",
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # a type checker shall find a name that there is not

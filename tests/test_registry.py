@@ -13,8 +13,7 @@ from llfsm_verify.arrangement.formats.reading import MACHINES, POLICIES
 from llfsm_verify.checking.engine_option import COUNT, EngineOption, EngineOptions
 from llfsm_verify.cli.commands import COMMANDS
 from llfsm_verify.engines.bounded.engine import BoundedSession
-from llfsm_verify.exports.formats import MODELS
-from llfsm_verify.kripke.export.formats import STRUCTURES
+from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
 from llfsm_verify.logic.syntax_names import TABLES
 from llfsm_verify.registry import Choices, Entry, Registry, Unregistered
 from llfsm_verify.report.drawing.formats import DRAWINGS, PICTURES

@@ -73,7 +73,9 @@ def test_every_entry_of_an_extension_is_there() -> None:
 
 def test_what_an_extension_needs_is_an_extra() -> None:
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
-    for entry in (entry for group in extensions().values() for entry in group):
+    needed = [entry for group in extensions().values() for entry in group if entry.package is not None]
+    assert {entry.place.split(".")[2] for entry in needed} == {"mcap", "mqtt", "parquet", "serial", "terminal"}
+    for entry in needed:
         assert entry.package is not None
         assert any(word.startswith(f"{entry.package.name}>=") for word in extras[entry.package.extra])
 
@@ -121,8 +123,8 @@ for module in pkgutil.walk_packages(llfsm_verify.__path__, "llfsm_verify."):
 for registry in [one for one in gc.get_objects() if isinstance(one, Registry)]:
     for name in registry:
         assert registry.load(name) is not None
-from llfsm_verify.plug import FRONT_ENDS, LOGS, PORTS, TIMELINES
-print(", ".join(PORTS), "|", ", ".join(LOGS), "|", ", ".join(TIMELINES), "|", ", ".join(FRONT_ENDS))
+from llfsm_verify.plug import FRONT_ENDS, LOGS, MODELS, PORTS, TIMELINES
+print(" | ".join(", ".join(each) for each in (PORTS, LOGS, TIMELINES, FRONT_ENDS, MODELS)))
 try:
     PORTS.load("mqtt")
 except Unregistered as error:
@@ -149,7 +151,7 @@ def test_the_core_does_without_extensions(tmp_path: Path) -> None:
         return done.stdout
 
     assert python("-c", WITHOUT).splitlines() == [
-        "callback, stream, whiteboard | csv | csv, vcd, svg, itf | ",
+        "callback, stream, whiteboard | csv | csv, vcd, svg, itf |  | ",
         "there is no kind of port `mqtt`; there are: callback, stream, whiteboard",
     ]
     folders = ("tests/runtime/ports", "tests/runtime/deciding", "tests/runtime/debugging", "tests/test_registry.py")

@@ -1,4 +1,4 @@
-"""The formats of Kripke structures, by the names that ``--format`` knows them by."""
+"""The formats of Kripke structures and of models for other checkers, by the names that ``--format`` knows them by."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from llfsm_verify.registry import Entry, Registry
 
 if TYPE_CHECKING:
+    from llfsm_verify.kripke.export.specification import Specification
     from llfsm_verify.kripke.structure import Structure
 
 
@@ -22,6 +23,8 @@ STRUCTURES: Registry[Callable[[Structure], Iterable[str | bytes]]] = Registry(
     ],
 )
 """Each gives the portions of a file."""
+MODELS: Registry[Callable[[Specification], str]] = Registry("format of models", (), "llfsm_verify.models")
+"""Each gives the text of a model, or raises DiagnosticError (E420, E421, E424)."""
 
 
 CODES: dict[str, str] = {

@@ -20,7 +20,7 @@ from llfsm_verify.kripke.export.json import json
 from llfsm_verify.kripke.export.npz import npz
 from llfsm_verify.kripke.structure import Structure, structure
 from llfsm_verify.limits import Budget, Limits
-from tests.exports.problems import FAST, Problem, counter, explored, model, problem, problems
+from tests.extensions.checkers.problems import FAST, Problem, counter, explored, model, problem, problems
 from tests.outside import load
 
 Edges = set[tuple[int, int, frozenset[str]]]

@@ -26,7 +26,7 @@ from llfsm_verify.kripke.steps import Steps
 from llfsm_verify.kripke.structure import Structure, structure, structure_of
 from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.semantics.lowering import lower
-from tests.exports.problems import (
+from tests.extensions.checkers.problems import (
     FAST,
     LARGEST,
     MODELS,

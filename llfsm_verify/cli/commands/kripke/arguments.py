@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from llfsm_verify.cli import arguments as shared
 from llfsm_verify.cli.parser import Parser
-from llfsm_verify.exports.formats import MODELS
-from llfsm_verify.kripke.export.formats import STRUCTURES
+from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
+from llfsm_verify.registry import Choices
 from llfsm_verify.report.drawing.formats import PICTURES
 
 
@@ -22,7 +22,7 @@ def arguments(parser: Parser) -> None:
     shared.arrangement(parser)
     shared.property_files(parser)
     shared.property_lines(parser)
-    add("--format", choices=(*STRUCTURES, *PICTURES, *MODELS), help="default: by the ending of FILE, else json")
+    add("--format", choices=Choices(STRUCTURES, PICTURES, MODELS), help="default: by the ending of FILE, else json")
     shared.output(parser)
     shared.max_states(parser, "end the exploration after N configurations")
     shared.memory_and_timeout(parser, "end it")

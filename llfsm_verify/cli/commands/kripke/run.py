@@ -17,8 +17,7 @@ from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.io.progress import StatusLine
 from llfsm_verify.cli.opening import limits_of, open_arrangement, read_properties
 from llfsm_verify.cli.parser import UsageError
-from llfsm_verify.exports.formats import MODELS
-from llfsm_verify.kripke.export.formats import STRUCTURES
+from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.logic.properties import PLAIN, Feature
 from llfsm_verify.report.drawing.formats import PICTURES
@@ -74,7 +73,7 @@ def _format(options: Namespace) -> str | None:
 
 
 def _model(wanted: str, problem: Problem, options: Namespace) -> str:
-    from llfsm_verify.exports.flat import Specification
+    from llfsm_verify.kripke.export.specification import Specification
     from llfsm_verify.language.trees import of_kind
     from llfsm_verify.language.typed import Literal
 

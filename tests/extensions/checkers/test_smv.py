@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.diagnostics import DiagnosticError, Source
-from llfsm_verify.exports.flat import Identifiers, Specification, comment, flatten
-from llfsm_verify.exports.formulas import NO, PROMELA, SMV, YES, weaken
-from llfsm_verify.exports.smv import smv
+from llfsm_verify.extensions.checkers.flat import Identifiers, comment, flatten
+from llfsm_verify.extensions.checkers.formulas import NO, PROMELA, SMV, YES, weaken
+from llfsm_verify.extensions.checkers.smv import smv
+from llfsm_verify.kripke.export.specification import Specification
 from llfsm_verify.kripke.structure import Structure
 from llfsm_verify.logic import lasso
 from llfsm_verify.logic.formula import Formula, atom
@@ -20,10 +21,10 @@ from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.program.program import Int
 from llfsm_verify.program.symbolic import scalars
 from llfsm_verify.testing.formulas import Word, formulas, lassos
-from tests.exports.compare import Tally, nusmv_states, nusmv_verdicts
-from tests.exports.evaluator import Model, State, formula, literal_divisors, parsed, read
-from tests.exports.nusmv import needs_nusmv
-from tests.exports.problems import (
+from tests.extensions.checkers.compare import Tally, nusmv_states, nusmv_verdicts
+from tests.extensions.checkers.evaluator import Model, State, formula, literal_divisors, parsed, read
+from tests.extensions.checkers.nusmv import needs_nusmv
+from tests.extensions.checkers.problems import (
     ARITHMETIC,
     DIVISIONS,
     FAST,

@@ -13,13 +13,13 @@ from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.diagnostics import Fragment, Source
-from llfsm_verify.exports.formulas import PROMELA, fair, never_claim, readable
-from llfsm_verify.exports.promela.model import promela
+from llfsm_verify.extensions.checkers.formulas import PROMELA, fair, never_claim, readable
+from llfsm_verify.extensions.checkers.promela.model import promela
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.parsing.formulas import parse_formula
 from llfsm_verify.logic.properties import PropertySet, parse_properties
-from tests.exports.problems import specification
+from tests.extensions.checkers.problems import specification
 
 LETTERS = [frozenset(), frozenset("p"), frozenset("q"), frozenset("pq")]
 WORDS = [

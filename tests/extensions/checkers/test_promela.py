@@ -10,11 +10,11 @@ from hypothesis import event, given
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.checking.verdict import Options
 from llfsm_verify.diagnostics import DiagnosticError
-from llfsm_verify.exports.promela.model import promela
+from llfsm_verify.extensions.checkers.promela.model import promela
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.verification.verify import verify
-from tests.exports.compare import Tally, spin_states, spin_verdicts
-from tests.exports.problems import (
+from tests.extensions.checkers.compare import Tally, spin_states, spin_verdicts
+from tests.extensions.checkers.problems import (
     ARITHMETIC,
     DIVISIONS,
     FAST,
@@ -28,7 +28,7 @@ from tests.exports.problems import (
     specification,
     written,
 )
-from tests.exports.spin import needs_spin
+from tests.extensions.checkers.spin import needs_spin
 
 ALIKE = Tally(["alike"])
 

@@ -1,9 +1,9 @@
 """Our models for NuSMV and SPIN, run by those: as many states as we count, and the same verdicts.
 
-`python -m tests.exports.compare N SEED` draws N random problems and N with many divisions, compares each with
-what is installed, prints the counts and what differs, and ends with exit code 1 where something does.
-`python -m tests.exports.compare models SECONDS` asks NuSMV about each model of `models/`, for so many seconds of
-processor time twice, and prints for how many verdicts that was too short (`open`).
+`python -m tests.extensions.checkers.compare N SEED` draws N random problems and N with many divisions, compares each
+with what is installed, prints the counts and what differs, and ends with exit code 1 where something does.
+`python -m tests.extensions.checkers.compare models SECONDS` asks NuSMV about each model of `models/`, for so many
+seconds of processor time twice, and prints for how many verdicts that was too short (`open`).
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options, Verdict
-from llfsm_verify.exports.promela.model import promela
-from llfsm_verify.exports.smv import smv
+from llfsm_verify.extensions.checkers.promela.model import promela
+from llfsm_verify.extensions.checkers.smv import smv
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.verification.verify import verify
 from tests import outside
-from tests.exports import nusmv, spin
-from tests.exports.problems import (
+from tests.extensions.checkers import nusmv, spin
+from tests.extensions.checkers.problems import (
     LARGEST,
     NOTHING,
     SHIPPED,

@@ -1,4 +1,4 @@
-"""What the tests of the exports share: specifications of the models and of random arrangements."""
+"""What the tests of models for other checkers share: specifications of the models and of random arrangements."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.verdict import Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
-from llfsm_verify.exports.flat import Specification
+from llfsm_verify.kripke.export.specification import Specification
 from llfsm_verify.kripke.structure import Structure, structure
 from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties

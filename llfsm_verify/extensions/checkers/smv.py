@@ -4,21 +4,45 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.exports.flat import Flat, Identifiers, Specification, comment, fits, flatten, values_note
-from llfsm_verify.exports.formulas import NO, SMV, STOPPED, YES, fair, under
-from llfsm_verify.limits import LimitReached
-from llfsm_verify.logic.formula import Formula
-from llfsm_verify.program import symbolic
-from llfsm_verify.program.program import BOOL, Const, Expr, Get, If, Int, Ite, Local, Op, OpName, Type, Var
-from llfsm_verify.program.symbolic import FAULT, Key, Values, scalars, typed
-from llfsm_verify.program.terms import FALSE, TRUE, const, get, interval, ite, op
-from llfsm_verify.program.terms import conjunction as all_of
-from llfsm_verify.program.trees import fold
+from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify.extensions.checkers.flat import Flat, Identifiers, comment, fits, flatten, values_note
+from llfsm_verify.extensions.checkers.formulas import NO, SMV, STOPPED, YES, fair, under
+from llfsm_verify.plug import (
+    BOOL,
+    FALSE,
+    FAULT,
+    TRUE,
+    Const,
+    Expr,
+    Formula,
+    Get,
+    If,
+    Int,
+    Ite,
+    Key,
+    LimitReached,
+    Local,
+    Op,
+    OpName,
+    Specification,
+    SymbolicDefinitions,
+    Type,
+    Values,
+    Var,
+    all_of,
+    const,
+    fold,
+    get,
+    interval,
+    ite,
+    op,
+    scalars,
+    typed,
+)
 
 
 @dataclass(slots=True)
-class Definitions(symbolic.Definitions):
+class Definitions(SymbolicDefinitions):
     """Blocks as expressions, in operations on which all checkers agree: their integers have 32 bits, and their division
     is not C's."""
 
@@ -71,7 +95,7 @@ class Definitions(symbolic.Definitions):
             message = "a calculation can leave 32 bits, and the integers of this format have no more"
             hint = "declare smaller ranges, so that no intermediate value leaves them"
             raise DiagnosticError(Diagnostic("E421", message, hint=hint))
-        return symbolic.Definitions.name(self, e)
+        return SymbolicDefinitions.name(self, e)
 
 
 _INFIX = {

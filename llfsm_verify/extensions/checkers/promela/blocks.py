@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from textwrap import indent
 
-from llfsm_verify.exports.flat import Flat, Identifiers, comment
-from llfsm_verify.program.program import (
+from llfsm_verify.extensions.checkers.flat import Flat, Identifiers, comment
+from llfsm_verify.plug import (
     Block,
     Choice,
     Const,
@@ -26,8 +26,12 @@ from llfsm_verify.program.program import (
     Switch,
     Type,
     Var,
+    expressions,
+    fold,
+    nodes,
+    parts,
+    statements,
 )
-from llfsm_verify.program.trees import expressions, fold, nodes, parts, statements
 
 CHOICE = "?"
 """The name of a local that stands for a choice begins so."""

@@ -11,18 +11,51 @@ from __future__ import annotations
 
 from textwrap import indent
 
-from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.automata.ltl.translate import translate
-from llfsm_verify.backends.reference import evaluate
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.exports.flat import Flat, Identifiers, Specification, comment, flatten, stopping, values_note
-from llfsm_verify.exports.formulas import NO, PROMELA, STARTED, STOPPED, YES, fair, never_claim, readable, under
-from llfsm_verify.exports.promela.blocks import Blocks, conditional, header, indivisible, pick_any, storage, type_of
-from llfsm_verify.logic.formula import Formula, apply, conjunction, negation
-from llfsm_verify.program.program import Block, Const, Expr, Get, Int, Ite, Local, Op, Set, Var
-from llfsm_verify.program.symbolic import FAULT
-from llfsm_verify.program.trees import fold
-from llfsm_verify.values import Value
+from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify.extensions.checkers.flat import Flat, Identifiers, comment, flatten, stopping, values_note
+from llfsm_verify.extensions.checkers.formulas import (
+    NO,
+    PROMELA,
+    STARTED,
+    STOPPED,
+    YES,
+    fair,
+    never_claim,
+    readable,
+    under,
+)
+from llfsm_verify.extensions.checkers.promela.blocks import (
+    Blocks,
+    conditional,
+    header,
+    indivisible,
+    pick_any,
+    storage,
+    type_of,
+)
+from llfsm_verify.plug import (
+    FAULT,
+    AutomatonTooLarge,
+    Block,
+    Const,
+    Expr,
+    Formula,
+    Get,
+    Int,
+    Ite,
+    Local,
+    Op,
+    Set,
+    Specification,
+    Value,
+    Var,
+    apply,
+    conjunction,
+    evaluate,
+    fold,
+    negation,
+    translate,
+)
 
 ROUND = "$round"
 """The output that holds when all fairness goals have come about once more."""

@@ -6,10 +6,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from llfsm_verify.automata.automaton import Automaton, Edge
-from llfsm_verify.limits import LimitReached
-from llfsm_verify.logic.formula import Formula, Op, apply, atom, conjunction, mapped, negation, postorder
-from llfsm_verify.logic.rewriting.normal_form import nnf
+from llfsm_verify.plug import (
+    Automaton,
+    AutomatonEdge,
+    Formula,
+    FormulaOp,
+    LimitReached,
+    apply,
+    atom,
+    conjunction,
+    mapped,
+    negation,
+    nnf,
+    postorder,
+)
 
 MAX_TEXT = 1 << 20
 """Characters of a formula; no other checker reads one that long in reasonable time."""
@@ -25,7 +35,7 @@ class Dialect:
     `and` and `or` have their sign in place of a template.
     """
 
-    operators: Mapping[Op, str]
+    operators: Mapping[FormulaOp, str]
 
     def text(self, f: Formula, proposition: Callable[[str], str]) -> str:
         """`f`, with `proposition` giving the text of an atom by its key. LimitReached: it is longer than MAX_TEXT."""
@@ -133,13 +143,13 @@ def never_claim(name: str, automaton: Automaton, proposition: Callable[[str], st
     return "\n".join([*lines, "}"])
 
 
-def _waiting(edge: Edge, waiting: int, sets: int) -> int:
+def _waiting(edge: AutomatonEdge, waiting: int, sets: int) -> int:
     while waiting < sets and edge.acceptance >> waiting & 1:
         waiting += 1
     return waiting
 
 
-def _guard(edge: Edge, texts: list[str]) -> list[str]:
+def _guard(edge: AutomatonEdge, texts: list[str]) -> list[str]:
     yes = [text for i, text in enumerate(texts) if edge.positive >> i & 1]
     no = [f"!{text}" for i, text in enumerate(texts) if edge.negative >> i & 1]
     return [*yes, *no]

@@ -3,14 +3,13 @@ what is checked."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass
 
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
-from llfsm_verify.language.types import decimal_text
-from llfsm_verify.logic.formula import Formula
-from llfsm_verify.program.program import (
+from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify.plug import (
     BOOL,
+    FAULT,
     Block,
     Const,
     Emit,
@@ -25,35 +24,24 @@ from llfsm_verify.program.program import (
     Program,
     Sample,
     Set,
+    Span,
+    Specification,
     Stmt,
     Switch,
     Type,
     Var,
+    decimal_text,
+    expressions,
+    fold,
+    nodes,
+    op,
+    ringlet,
+    statements,
+    stop_at_faults,
 )
-from llfsm_verify.program.symbolic import FAULT
-from llfsm_verify.program.terms import op
-from llfsm_verify.program.trees import expressions, fold, nodes, ringlet, statements, stop_at_faults
 
 INT32 = Int(-(1 << 31), (1 << 31) - 1)
 """The numbers that both NuSMV and Promela hold."""
-
-
-@dataclass(frozen=True, slots=True)
-class Specification:
-    """An arrangement, lowered, with the formulas to be checked of it; names are those of the properties."""
-
-    program: Program
-    goals: tuple[tuple[str, Formula], ...] = ()
-    assumptions: tuple[tuple[str, Formula], ...] = ()
-    declared: Mapping[str, Span] = field(default_factory=dict)
-    """Where the variables are declared, by their names."""
-    numbers: Mapping[int, Span] = field(default_factory=dict)
-    """Where the numbers are written."""
-
-    @property
-    def observed(self) -> bool:
-        """There is something to check, so letters are computed."""
-        return bool(self.goals)
 
 
 @dataclass(frozen=True, slots=True)
