@@ -1,8 +1,9 @@
 """Other people's programs that our tests compare us with: where they are, and how they get there (`make oracles`).
 
-SPIN, Mosquitto (a broker of MQTT) and ROS 1 (beside which a benchmark measures) come from Debian. NuSMV 2.5.4 is built
-from the source distribution of pynusmv on PyPI, in a folder outside the project, so that every checkout on a machine
-finds it. The others are Python packages of the extras `draw` and `test`.
+SPIN, Mosquitto (a broker of MQTT), ROS 1 (beside which a benchmark measures), and the compilers and emulators for
+generated C come from Debian. NuSMV 2.5.4 is built from the source distribution of pynusmv on PyPI, in a folder outside
+the project, so that every checkout on a machine finds it. The others are Python packages of the extras `draw` and
+`test`.
 """
 
 from __future__ import annotations
@@ -28,8 +29,31 @@ PROGRAMS = {
     "make": ("make",),
     "nusmv": ("NuSMV", "nusmv", "nuXmv"),
     "mosquitto": ("mosquitto",),
+    "g++": ("g++",),
+    "clang": ("clang", "clang-14"),
+    "clang-rt": ("clang", "clang-14"),
+    "wasm-ld": ("wasm-ld", "wasm-ld-14"),
+    "node": ("node", "nodejs"),
+    "avr-gcc": ("avr-gcc",),
+    "simavr": ("simavr",),
+    "arm-gcc": ("arm-linux-gnueabihf-gcc",),
+    "aarch64-gcc": ("aarch64-linux-gnu-gcc",),
+    "riscv64-gcc": ("riscv64-linux-gnu-gcc",),
+    "qemu-arm": ("qemu-arm", "qemu-arm-static"),
+    "qemu-aarch64": ("qemu-aarch64", "qemu-aarch64-static"),
+    "qemu-riscv64": ("qemu-riscv64", "qemu-riscv64-static"),
+    "cppcheck": ("cppcheck",),
 }
 """Programs by the name of the oracle, the preferred one first."""
+FILES = {
+    "clang-rt": "usr/lib/llvm-*/lib/clang/*/lib/linux/libclang_rt.asan-*.a",
+    "avr-gcc": "usr/lib/avr/include/avr/io.h",
+    "simavr": "usr/include/simavr/sim_avr.h",
+    "arm-gcc": "usr/arm-linux-gnueabihf/lib/libc.a",
+    "aarch64-gcc": "usr/aarch64-linux-gnu/lib/libc.a",
+    "riscv64-gcc": "usr/riscv64-linux-gnu/lib/libc.a",
+}
+"""What a program is of no use without, as a pattern below `/`, where Debian puts it."""
 SERVERS = "/usr/sbin"
 """Where Debian puts servers, which is not on the path of everybody."""
 SYSTEM = "/usr/lib/python3/dist-packages"
@@ -42,6 +66,20 @@ FROM_DEBIAN = {
     "make": ("make",),
     "mosquitto": ("mosquitto",),
     "rospy": ("python3-rospy", "python3-rosmaster", "python3-std-msgs"),
+    "g++": ("g++",),
+    "clang": ("clang-14",),
+    "clang-rt": ("clang-14", "libclang-rt-14-dev"),
+    "wasm-ld": ("lld-14",),
+    "node": ("nodejs",),
+    "avr-gcc": ("gcc-avr", "avr-libc"),
+    "simavr": ("simavr", "libsimavr-dev"),
+    "arm-gcc": ("gcc-arm-linux-gnueabihf", "libc6-dev-armhf-cross"),
+    "aarch64-gcc": ("gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross"),
+    "riscv64-gcc": ("gcc-riscv64-linux-gnu", "libc6-dev-riscv64-cross"),
+    "qemu-arm": ("qemu-user",),
+    "qemu-aarch64": ("qemu-user",),
+    "qemu-riscv64": ("qemu-user",),
+    "cppcheck": ("cppcheck",),
 }
 """The packages of Debian that bring an oracle."""
 MODULES = {
@@ -61,7 +99,22 @@ EXTRAS = {"mypy": "check", "mkdocs-material": "docs", "mkdocstrings": "docs", "p
 """The extras of `pyproject.toml` that bring a module, where it is not `draw` or `test`: nothing else needs these."""
 GROUPS: dict[str, tuple[str, ...]] = {
     "core": ("spin", "gcc", "make", "nusmv", *MODULES),
-    "targets": (),
+    "targets": (
+        "g++",
+        "clang",
+        "clang-rt",
+        "wasm-ld",
+        "node",
+        "avr-gcc",
+        "simavr",
+        "arm-gcc",
+        "aarch64-gcc",
+        "riscv64-gcc",
+        "qemu-arm",
+        "qemu-aarch64",
+        "qemu-riscv64",
+        "cppcheck",
+    ),
     "robots": ("mosquitto", "rospy"),
     "view": (),
     "knowledge": (),
@@ -96,6 +149,8 @@ def find(name: str) -> str | None:
     if name in MODULES:
         found = importlib.util.find_spec(MODULES[name])
         return None if found is None else str(found.origin)
+    if name in FILES and not any(Path("/").glob(FILES[name])):
+        return None
     places = f"{os.environ.get('PATH', os.defpath)}{os.pathsep}{SERVERS}"
     on_path = next(filter(None, (shutil.which(program, path=places) for program in PROGRAMS[name])), None)
     if on_path is None and name == "nusmv" and os.access(_built(), os.X_OK):

@@ -97,7 +97,7 @@ def test_other_tests_find_tools_there_only():
     allowed = {"outside.py", Path(__file__).name}
     texts = {p: p.read_text() for p in Path("tests").rglob("*.py") if p.name not in allowed}
     assert len(texts) > 150
-    other = re.compile(r"importorskip|shutil\.which|is_installed\(\), reason")
+    other = re.compile(r"importorskip|shutil\.which|import which|is_installed\(\), reason")
     assert not [str(p) for p, text in texts.items() if other.search(text)]
 
 
@@ -132,6 +132,14 @@ def test_what_was_built_is_found(bare):
     assert oracles.find("nusmv") == str(here) and oracles.find("spin") is None
     own = program(programs, "NuSMV")
     assert oracles.find("nusmv") == str(own)
+
+
+def test_a_compiler_without_its_library_is_missing(bare, monkeypatch):
+    here = program(bare[0], "avr-gcc")
+    monkeypatch.setitem(oracles.FILES, "avr-gcc", "nowhere/*/io.h")
+    assert oracles.find("avr-gcc") is None
+    monkeypatch.setitem(oracles.FILES, "avr-gcc", str(here.parent / "avr-*")[1:])
+    assert oracles.find("avr-gcc") == str(here)
 
 
 def test_the_folder_is_outside_the_project(monkeypatch, tmp_path):

@@ -7,9 +7,6 @@ import subprocess
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from shutil import which
-
-import pytest
 
 from llfsm_verify.backends.native.code import OVERFLOW
 from llfsm_verify.program.program import Program
@@ -17,12 +14,11 @@ from llfsm_verify.targets.c99.image import OVERFLOW as LEFT_64
 from llfsm_verify.targets.c99.image import STATUSES, Image
 from llfsm_verify.targets.c99.numbers import stored_as
 from llfsm_verify.values import Value
+from tests.outside import needs
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-pedantic", "-Wconversion", "-Werror")
 
-needs_gcc = pytest.mark.skipif(which("gcc") is None, reason="gcc is not installed")
-needs_clang = pytest.mark.skipif(which("clang") is None, reason="clang is not installed")
-needs_avr = pytest.mark.skipif(which("avr-gcc") is None, reason="avr-gcc is not installed")
+needs_gcc, needs_clang, needs_avr = (needs(name) for name in ("gcc", "clang", "avr-gcc"))
 
 
 def places(image: Image) -> Iterator[tuple[str, str, str]]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import subprocess
 from dataclasses import replace
-from shutil import which
 
 import pytest
 
@@ -14,6 +13,7 @@ from llfsm_verify.program.program import Int
 from llfsm_verify.targets.c99.image import STATUSES, Image
 from llfsm_verify.targets.c99.target import image_for
 from llfsm_verify.targets.images import image_of
+from tests.outside import needs, program
 from tests.targets.c99.compiled import Built, compile_strictly, needs_avr, needs_clang, needs_gcc, write
 
 EVERYTHING = "tests/targets/c99/everything.yaml"
@@ -51,7 +51,7 @@ def test_a_state_that_is_none_ends_it_with_safe_values(name, image):
     assert built.step({}) == CORRUPT
 
 
-@pytest.mark.skipif(which("g++") is None, reason="g++ is not installed")
+@needs("g++")
 @pytest.mark.slow
 def test_the_header_is_one_of_c_plus_plus_and_the_source_is_called_from_there(image, tmp_path):
     write(image, tmp_path)
@@ -89,7 +89,7 @@ def test_nothing_is_allocated_global_recursive_or_floating(image):
 @pytest.mark.slow
 def test_clang_has_no_warning(image, tmp_path):
     write(image, tmp_path)
-    compile_strictly("clang", tmp_path / "everything.c", tmp_path / "image.o", "-O2")
+    compile_strictly(program("clang"), tmp_path / "everything.c", tmp_path / "image.o", "-O2")
 
 
 @needs_avr
