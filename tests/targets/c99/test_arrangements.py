@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from pathlib import Path
 from random import Random
@@ -15,56 +14,17 @@ from llfsm_verify.arrangement import build_arrangement, load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.diagnostics import DiagnosticError
-from llfsm_verify.program.program import Int, Program
-from llfsm_verify.program.terms import is_wide
 from llfsm_verify.targets.c99.image import STATUSES
 from llfsm_verify.targets.c99.target import image_for
 from llfsm_verify.targets.images import image_of
 from llfsm_verify.testing.arrangements import Document, arrangements
 from tests.quick import each, many, spread
 from tests.targets.c99.compiled import Built, needs_gcc
+from tests.targets.c99.drawn import KINDS, TOLD, adapted, tally_of
 
 pytestmark = needs_gcc
 ENDED = STATUSES["ENDED"][0] - 10
 STEPS = 60
-TOLD = ("unload", "refused", "suspend", "resume", "restart")
-WRITTEN = {
-    "bits": r"<<|>>|[^&]&[^&]|\^|~", "table": r"\b(list|curve)\[", "nested": r"'runs'", "operators": r"\boperators\b",
-}  # fmt: skip
-KINDS = (*TOLD, *WRITTEN, "decimal", "array", "record", "wide", "a fault", "end", "done")
-"""What some random arrangement has, or some step of it does."""
-
-
-def adapted(document: Document, *, unloads: bool) -> Document:
-    """The same without what has no meaning in one image: several processes, single reads, untimed clocks."""
-    found = {k: v for k, v in document.items() if k not in ("environment", "timing", "processes")}
-    found.setdefault("cycle_ms", "10")
-    processes = document.get("processes")
-    if isinstance(processes, dict):
-        found["schedule"] = [m for schedule in processes.values() for m in schedule]
-        pool = document.get("pool")
-        if isinstance(pool, dict):
-            found["pool"] = [m for machines in pool.values() for m in machines]
-    machines = found["machines"]
-    assert isinstance(machines, dict)
-    for machine in machines.values():
-        machine["on_fault"] = "unload" if unloads else "end"
-    profile = document.get("profile")
-    given = dict(profile) if isinstance(profile, dict) else {"base": profile or "llfsm"}
-    if given.get("snapshot", "none" if given["base"] == "clfsm" else "") == "none":
-        given["snapshot"] = "ringlet"
-    return found | {"profile": given}
-
-
-def tally_of(program: Program, text: str) -> Counter[str]:
-    """What there is of `KINDS` in a program, and in the text of its arrangement."""
-    found = Counter(kind for kind, pattern in WRITTEN.items() if re.search(pattern, text))
-    for var in program.vars:
-        found["decimal"] += isinstance(var.type, Int) and var.type.digits > 0
-        found["array"] += var.length is not None
-        found["record"] += re.search(r"\.[xf]\Z", var.name) is not None
-        found["wide"] += is_wide(var.type)
-    return found
 
 
 def walk(arrangement: Arrangement, random: Random, tally: Counter[str], *flags: str, steps: int = STEPS) -> None:
