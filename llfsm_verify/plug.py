@@ -14,6 +14,7 @@ from llfsm_verify.lazily import imported
 TYPE_CHECKING = False  # as in the front door
 
 if TYPE_CHECKING:
+    from llfsm_verify.analysis.lint.finding import LintResult
     from llfsm_verify.arrangement.draft import (
         UNREADABLE,
         ArrangementDraft,
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from llfsm_verify.arrangement.formats.data import draft_data
     from llfsm_verify.arrangement.formats.reading import MACHINES, Reading, opened
     from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, NewState, Uneditable, Writer
+    from llfsm_verify.arrangement.model import Arrangement
     from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
     from llfsm_verify.automata.automaton import Edge as AutomatonEdge
     from llfsm_verify.automata.ltl.translate import translate
@@ -55,7 +57,8 @@ if TYPE_CHECKING:
     from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of, mask
     from llfsm_verify.checking.replay.confirm import Letter, Schedule
     from llfsm_verify.checking.replay.execution import Execution
-    from llfsm_verify.checking.verdict import Exploration, Result
+    from llfsm_verify.checking.trace import Trace
+    from llfsm_verify.checking.verdict import Exploration, FaultFinding, PropertyResult, Result
     from llfsm_verify.cli.commands import COMMANDS
     from llfsm_verify.cli.io.output import Output
     from llfsm_verify.cli.parser import CommandEntry, UsageError
@@ -69,6 +72,7 @@ if TYPE_CHECKING:
     from llfsm_verify.limits import LimitReached, reached, tick
     from llfsm_verify.logic.formula import Formula, apply, atom, conjunction, mapped, negation, postorder
     from llfsm_verify.logic.formula import Op as FormulaOp
+    from llfsm_verify.logic.properties import asked_text
     from llfsm_verify.logic.rewriting.normal_form import nnf
     from llfsm_verify.program.moves import Move
     from llfsm_verify.program.program import (
@@ -101,13 +105,32 @@ if TYPE_CHECKING:
     from llfsm_verify.program.terms import conjunction as all_of
     from llfsm_verify.program.trees import expressions, fold, nodes, parts, ringlet, statements, stop_at_faults
     from llfsm_verify.registry import Entry, Package, Registry
+    from llfsm_verify.report.codes import all_codes
     from llfsm_verify.report.debugging import lines_of
     from llfsm_verify.report.drawing.formats import DRAWINGS
     from llfsm_verify.report.drawing.graph import Edge as DrawnEdge
     from llfsm_verify.report.drawing.graph import Graph
     from llfsm_verify.report.drawing.graph import Node as DrawnNode
-    from llfsm_verify.report.formats import REPORTS, ReportEntry, Style, Written
+    from llfsm_verify.report.entry import ReportEntry
+    from llfsm_verify.report.formats import REPORTS, Style, Written
+    from llfsm_verify.report.lint import explain as lint_diagnostic
     from llfsm_verify.report.timeline.formats import TIMELINES
+    from llfsm_verify.report.tracetable import MARK as CAUSE_MARK
+    from llfsm_verify.report.tracetable import Row as TraceRow
+    from llfsm_verify.report.tracetable import initial_text
+    from llfsm_verify.report.tracetable import rows as trace_rows
+    from llfsm_verify.report.wording import (
+        CLAIMED,
+        CONTRADICTED,
+        fault_text,
+        is_contradicted,
+        resumed_text,
+        sentences,
+        summary_text,
+        under_assumptions,
+        vacuity_texts,
+        verdict_text,
+    )
     from llfsm_verify.runtime.debugging.commands import Answer as DebugAnswer
     from llfsm_verify.runtime.debugging.commands import parse as parse_command
     from llfsm_verify.runtime.debugging.paths import DebugError
@@ -127,6 +150,7 @@ if TYPE_CHECKING:
     from llfsm_verify.yaml.tables import NUMBER, TRUTHS, Field, Single, Table, Words
 
 _PLACES = {
+    "analysis.lint.finding": ("LintResult",),
     "arrangement.draft": (
         "UNREADABLE",
         "ArrangementDraft",
@@ -145,6 +169,7 @@ _PLACES = {
     "arrangement.formats.data": ("draft_data",),
     "arrangement.formats.reading": ("MACHINES", "Reading", "opened"),
     "arrangement.formats.writing": ("Editor", "Edits", "NewMachine", "NewState", "Uneditable", "Writer"),
+    "arrangement.model": ("Arrangement",),
     "automata.automaton": ("Automaton", "AutomatonTooLarge", "Edge as AutomatonEdge"),
     "automata.ltl.translate": ("translate",),
     "automata.omega.emptiness": ("find_accepting_lasso",),
@@ -157,7 +182,8 @@ _PLACES = {
     "checking.goals.goal": ("Goal", "bad_prefixes_of", "mask"),
     "checking.replay.confirm": ("Letter", "Schedule"),
     "checking.replay.execution": ("Execution",),
-    "checking.verdict": ("Exploration", "Result"),
+    "checking.trace": ("Trace",),
+    "checking.verdict": ("Exploration", "FaultFinding", "PropertyResult", "Result"),
     "cli.commands": ("COMMANDS",),
     "cli.io.output": ("Output",),
     "cli.parser": ("CommandEntry", "Parser as CommandParser", "UsageError"),
@@ -169,6 +195,7 @@ _PLACES = {
     "language.types": ("decimal_text",),
     "limits": ("LimitReached", "reached", "tick"),
     "logic.formula": ("Formula", "Op as FormulaOp", "apply", "atom", "conjunction", "mapped", "negation", "postorder"),
+    "logic.properties": ("asked_text",),
     "logic.rewriting.normal_form": ("nnf",),
     "program.moves": ("Move",),
     "program.program": (
@@ -199,11 +226,27 @@ _PLACES = {
     "program.terms": ("FALSE", "TRUE", "conjunction as all_of", "const", "get", "interval", "ite", "op"),
     "program.trees": ("expressions", "fold", "nodes", "parts", "ringlet", "statements", "stop_at_faults"),
     "registry": ("Entry", "Package", "Registry"),
+    "report.codes": ("all_codes",),
     "report.debugging": ("lines_of",),
     "report.drawing.formats": ("DRAWINGS",),
     "report.drawing.graph": ("Edge as DrawnEdge", "Graph", "Node as DrawnNode"),
-    "report.formats": ("REPORTS", "ReportEntry", "Style", "Written"),
+    "report.entry": ("ReportEntry",),
+    "report.formats": ("REPORTS", "Style", "Written"),
+    "report.lint": ("explain as lint_diagnostic",),
     "report.timeline.formats": ("TIMELINES",),
+    "report.tracetable": ("MARK as CAUSE_MARK", "Row as TraceRow", "initial_text", "rows as trace_rows"),
+    "report.wording": (
+        "CLAIMED",
+        "CONTRADICTED",
+        "fault_text",
+        "is_contradicted",
+        "resumed_text",
+        "sentences",
+        "summary_text",
+        "under_assumptions",
+        "vacuity_texts",
+        "verdict_text",
+    ),
     "runtime.debugging.commands": ("Answer as DebugAnswer", "parse as parse_command"),
     "runtime.debugging.paths": ("DebugError",),
     "runtime.debugging.session": ("FRONT_ENDS", "Session as DebugSession"),
@@ -221,26 +264,30 @@ _PLACES = {
 """Where each name is, below this package."""
 
 __all__ = [
-    "ARRANGEMENTS", "BOOL", "COMMANDS", "COUNT", "DRAWINGS", "ENGINES", "FALSE", "FAULT", "FILE", "FLAG",
-    "FRONT_ENDS", "LOGS", "MACHINES", "MODELS", "NUMBER", "PORTS", "REPORTS", "SECONDS", "SWITCH", "TIMELINES",
-    "TRUE", "TRUTHS", "UNREADABLE", "WHEN", "WRITERS", "WRONG_PORT", "Answer", "ArrangementDraft", "Automaton",
-    "AutomatonEdge", "AutomatonTooLarge", "Block", "Choice", "CommandEntry", "CommandParser", "Const",
-    "DebugAnswer", "DebugError", "DebugSession", "Draft", "DrawnEdge", "DrawnNode", "Editor", "Edits", "Emit",
-    "EngineEntry", "EngineOption", "EngineOptions", "Entry", "Execution", "Exploration", "Expr", "Fault", "Field",
-    "Formula", "FormulaOp", "Get", "Given", "GivenArrangement", "Goal", "Graph", "Holds", "If", "InstanceDraft",
-    "Int", "Interpreter", "Ite", "Json", "Key", "Lazy", "Let", "Letter", "LimitReached", "LinePort", "Link",
-    "Local", "MachineDraft", "Move", "NewMachine", "NewState", "NoColumn", "Node", "Op", "OpName", "Output",
-    "Package", "ParameterDraft", "Port", "PortKind", "PrefixMonitor", "ProcessDraft", "Program", "Reading",
-    "Registry", "Report", "ReportEntry", "Result", "Row", "Sample", "Scalar", "Schedule", "Sequence", "Session",
-    "Set", "Shown", "Signal", "Single", "Source", "Span", "Specification", "Started", "StateDraft", "Stmt",
-    "Style", "Switch", "SymbolicDefinitions", "Table", "Timeline", "TimelineRow", "TransitionDraft", "Turn",
-    "Type", "Uneditable", "Unknown", "Unopened", "Unreadable", "UsageError", "Value", "Values", "Var",
+    "ARRANGEMENTS", "BOOL", "CAUSE_MARK", "CLAIMED", "COMMANDS", "CONTRADICTED", "COUNT", "DRAWINGS", "ENGINES",
+    "FALSE", "FAULT", "FILE", "FLAG", "FRONT_ENDS", "LOGS", "MACHINES", "MODELS", "NUMBER", "PORTS", "REPORTS",
+    "SECONDS", "SWITCH", "TIMELINES", "TRUE", "TRUTHS", "UNREADABLE", "WHEN", "WRITERS", "WRONG_PORT", "Answer",
+    "Arrangement", "ArrangementDraft", "Automaton", "AutomatonEdge", "AutomatonTooLarge", "Block", "Choice",
+    "CommandEntry", "CommandParser", "Const", "DebugAnswer", "DebugError", "DebugSession", "Draft", "DrawnEdge",
+    "DrawnNode", "Editor", "Edits", "Emit", "EngineEntry", "EngineOption", "EngineOptions", "Entry", "Execution",
+    "Exploration", "Expr", "Fault", "FaultFinding", "Field", "Formula", "FormulaOp", "Get", "Given",
+    "GivenArrangement", "Goal", "Graph", "Holds", "If", "InstanceDraft", "Int", "Interpreter", "Ite", "Json",
+    "Key", "Lazy", "Let", "Letter", "LimitReached", "LinePort", "Link", "LintResult", "Local", "MachineDraft",
+    "Move", "NewMachine", "NewState", "NoColumn", "Node", "Op", "OpName", "Output", "Package", "ParameterDraft",
+    "Port", "PortKind", "PrefixMonitor", "ProcessDraft", "Program", "PropertyResult", "Reading", "Registry",
+    "Report", "ReportEntry", "Result", "Row", "Sample", "Scalar", "Schedule", "Sequence", "Session", "Set",
+    "Shown", "Signal", "Single", "Source", "Span", "Specification", "Started", "StateDraft", "Stmt", "Style",
+    "Switch", "SymbolicDefinitions", "Table", "Timeline", "TimelineRow", "Trace", "TraceRow", "TransitionDraft",
+    "Turn", "Type", "Uneditable", "Unknown", "Unopened", "Unreadable", "UsageError", "Value", "Values", "Var",
     "VariableDraft", "Violated", "Wanted", "WhiteboardDraft", "Words", "Writer", "Written", "add_premises",
-    "all_of", "apply", "atom", "bad_prefixes_of", "cell_text", "claim_of", "conjunction", "const", "decimal_text",
-    "draft_data", "evaluate", "expressions", "find_accepting_lasso", "fold", "get", "implied", "interval", "ite",
-    "lines_of", "mapped", "mark", "mask", "moves_of", "negation", "nnf", "nodes", "observed_outputs", "op",
-    "opened", "parse_command", "parts", "postorder", "reached", "read_named", "read_source", "ringlet", "scalars",
-    "statements", "stop_at_faults", "text", "tick", "translate", "typed", "whole_number", "written",
+    "all_codes", "all_of", "apply", "asked_text", "atom", "bad_prefixes_of", "cell_text", "claim_of",
+    "conjunction", "const", "decimal_text", "draft_data", "evaluate", "expressions", "fault_text",
+    "find_accepting_lasso", "fold", "get", "implied", "initial_text", "interval", "is_contradicted", "ite",
+    "lines_of", "lint_diagnostic", "mapped", "mark", "mask", "moves_of", "negation", "nnf", "nodes",
+    "observed_outputs", "op", "opened", "parse_command", "parts", "postorder", "reached", "read_named",
+    "read_source", "resumed_text", "ringlet", "scalars", "sentences", "statements", "stop_at_faults",
+    "summary_text", "text", "tick", "trace_rows", "translate", "typed", "under_assumptions", "vacuity_texts",
+    "verdict_text", "whole_number", "written",
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # a type checker shall find a name that there is not

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
-from llfsm_verify.registry import Entry, Registry, at
+from llfsm_verify.registry import Registry
+from llfsm_verify.report.entry import Failed, ReportEntry
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
     from llfsm_verify.analysis.lint.finding import LintResult
     from llfsm_verify.arrangement.model import Arrangement
     from llfsm_verify.checking.verdict import Result
-    from llfsm_verify.diagnostics import Diagnostic
     from llfsm_verify.report.monitor import Monitors
     from llfsm_verify.runtime.stepping.random_run import Simulated
     from llfsm_verify.verification.query import QueryResult
@@ -44,22 +44,6 @@ class Style:
 
 Written = str | Iterable["RenderableType"]
 """Text for programs, without a final newline, or what a terminal shows."""
-
-Failed = Callable[[Sequence["Diagnostic"], int], str]
-"""What stands in place of a report when the files are wrong, from diagnostics and the exit code."""
-
-
-@dataclass(frozen=True, slots=True)
-class ReportEntry(Entry):
-    """A format of a report."""
-
-    failure: str | None = None
-    """The place of what says in this format that the files are wrong (`Failed`); None: people read it on standard
-    error."""
-
-    def failed(self) -> Failed | None:
-        """What is at that place."""
-        return None if self.failure is None else cast(Failed, at(self.failure))
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,11 +80,6 @@ REPORTS = Reports(
                 "json", "llfsm_verify.report.json:report", "one object, schema `result`",
                 failure="llfsm_verify.report.json:failure_json",
             ),
-            ReportEntry("junit", "llfsm_verify.report.junit:report", "JUnit XML, for continuous integration"),
-            ReportEntry(
-                "sarif", "llfsm_verify.report.sarif.results:report", "SARIF 2.1.0, for code hosts",
-                failure="llfsm_verify.report.sarif.results:failure_sarif",
-            ),
         ],
         f"{GROUPS}.result",
     ),
@@ -109,7 +88,6 @@ REPORTS = Reports(
         [
             ReportEntry("text", "llfsm_verify.report.lint:report", "for people"),
             ReportEntry("json", "llfsm_verify.report.lint:report_json", "one object, schema `lint`"),
-            ReportEntry("sarif", "llfsm_verify.report.lint:report_sarif", "SARIF 2.1.0, for code hosts"),
         ],
         f"{GROUPS}.lint",
     ),

@@ -12,8 +12,8 @@ from rich.console import Console
 
 from llfsm_verify.checking.trace import Cause, Trace
 from llfsm_verify.checking.verdict import VacuityFinding
+from llfsm_verify.extensions.servers.junit import report as result_junit
 from llfsm_verify.report.json import result_json
-from llfsm_verify.report.junit import report as result_junit
 from llfsm_verify.report.text import result_text
 from llfsm_verify.report.tracetable import rows
 from llfsm_verify.report.wording import because_text, loop_text

@@ -35,7 +35,8 @@ from llfsm_verify.registry import Entry, Registry
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.drawing.graph import Graph
-from llfsm_verify.report.formats import REPORTS, ReportEntry, Style
+from llfsm_verify.report.entry import ReportEntry
+from llfsm_verify.report.formats import REPORTS, Style
 from llfsm_verify.report.plain import plain_text
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.runtime.deciding.logs.formats import LOGS, NoColumn, Row, Unreadable, Wanted

@@ -13,7 +13,7 @@ from tests.cli.running import LIGHTS, llfsm
 
 STROLL = "models/komodo_stroll/arrangement.yaml"
 DIVIDES = "models/ball_conditions/faulty_vision.yaml"
-SARIF = Path("tests/report/sarif/sarif-schema-2.1.0.json")
+SARIF = Path("tests/extensions/servers/sarif/sarif-schema-2.1.0.json")
 
 
 @pytest.mark.slow

@@ -7,13 +7,8 @@ from collections.abc import Sequence
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 
-from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.verdict import FaultFinding, PropertyResult, Result, Verdict
-from llfsm_verify.diagnostics import Diagnostic
-from llfsm_verify.jsonvalue import Json
-from llfsm_verify.logic.properties import asked_text
-from llfsm_verify.report.codes import all_codes
-from llfsm_verify.report.sarif.flows import (
+from llfsm_verify import Diagnostic, Verdict
+from llfsm_verify.extensions.servers.flows import (
     ROOT,
     ending,
     location,
@@ -23,9 +18,16 @@ from llfsm_verify.report.sarif.flows import (
     uri_of,
     with_flows,
 )
-from llfsm_verify.report.wording import (
+from llfsm_verify.plug import (
     CLAIMED,
     CONTRADICTED,
+    Arrangement,
+    FaultFinding,
+    Json,
+    PropertyResult,
+    Result,
+    all_codes,
+    asked_text,
     fault_text,
     is_contradicted,
     resumed_text,

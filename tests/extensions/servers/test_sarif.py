@@ -11,10 +11,10 @@ from jsonschema import Draft7Validator
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.verdict import Options
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
+from llfsm_verify.extensions.servers.flows import MAX_STEPS
+from llfsm_verify.extensions.servers.sarif import failure_sarif
+from llfsm_verify.extensions.servers.sarif import report as result_sarif
 from llfsm_verify.logic.properties import parse_properties
-from llfsm_verify.report.sarif.flows import MAX_STEPS
-from llfsm_verify.report.sarif.results import failure_sarif
-from llfsm_verify.report.sarif.results import report as result_sarif
 from llfsm_verify.verification.verify import verify
 from tests.cli.running import COUNTER, FAULTY, llfsm
 from tests.report.results import ALL, BAD, LASSO, STRICT
@@ -102,7 +102,7 @@ def test_an_empty_pass_is_a_result_and_fails_with_strict(strict, level):
 
 
 def test_very_many_counterexamples_have_a_start_and_an_end_each(monkeypatch):
-    monkeypatch.setattr("llfsm_verify.report.sarif.flows.MAX_STEPS", 3)
+    monkeypatch.setattr("llfsm_verify.extensions.servers.flows.MAX_STEPS", 3)
     many = replace(BAD, more=(BAD.trace,) * 4)
     (found,) = run_of(result_sarif(result_of(many), by_hand()))["results"]
     assert [len(flow["threadFlows"][0]["locations"]) for flow in found["codeFlows"]] == [2] * 5

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from llfsm_verify.report.junit import report as result_junit
+from llfsm_verify.extensions.servers.junit import report as result_junit
 from tests.report.results import ALL, BAD, EVERY, GOOD, RESUMED, STRICT, result
 
 

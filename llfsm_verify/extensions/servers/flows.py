@@ -7,12 +7,18 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from urllib.parse import quote
 
-from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.trace import Trace, TraceStep
-from llfsm_verify.diagnostics import Span
-from llfsm_verify.jsonvalue import Json
-from llfsm_verify.report.tracetable import MARK, Row, initial_text, rows
-from llfsm_verify.report.wording import sentences
+from llfsm_verify import TraceStep
+from llfsm_verify.plug import (
+    CAUSE_MARK,
+    Arrangement,
+    Json,
+    Span,
+    Trace,
+    TraceRow,
+    initial_text,
+    sentences,
+    trace_rows,
+)
 
 ROOT = "%SRCROOT%"
 
@@ -96,8 +102,8 @@ def with_flows(value: dict[str, Json], traces: Sequence[Trace], arrangement: Arr
 
 
 def _steps(trace: Trace, arrangement: Arrangement) -> Iterator[Json]:
-    for row in rows(trace):
-        caused = MARK in row.atoms
+    for row in trace_rows(trace):
+        caused = CAUSE_MARK in row.atoms
         if row.folded and not caused:
             continue
         # A folded row stands for the steps `6–30`, and is shown at the first.
@@ -113,7 +119,7 @@ def _steps(trace: Trace, arrangement: Arrangement) -> Iterator[Json]:
         }
 
 
-def _step_text(row: Row) -> str:
+def _step_text(row: TraceRow) -> str:
     """The cells of a row in a sentence."""
     where = f"{row.machine} in {row.state}" if row.state else row.machine
     repeats = {"first": "the steps from here on repeat forever", "only": "this step repeats forever"}

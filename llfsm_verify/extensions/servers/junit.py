@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
-from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
-from llfsm_verify.logic.properties import asked_text
-from llfsm_verify.report.tracetable import initial_text, rows
-from llfsm_verify.report.wording import (
+from llfsm_verify import Verdict
+from llfsm_verify.plug import (
     CLAIMED,
+    PropertyResult,
+    Result,
+    Trace,
+    asked_text,
     fault_text,
+    initial_text,
     is_contradicted,
     sentences,
     summary_text,
+    trace_rows,
     vacuity_texts,
     verdict_text,
 )
@@ -98,7 +101,7 @@ def _trace(trace: Trace) -> str:
         " | ".join(
             cell for cell in (row.step, row.machine, row.state, row.fired, row.inputs, row.changes, row.atoms) if cell
         )
-        for row in rows(trace)
+        for row in trace_rows(trace)
     ]
     return "\n".join([f"initially {initial_text(trace)}", *lines, *sentences(trace)])
 
