@@ -1,10 +1,11 @@
 """What an extension, or another package, may know of us besides the front door: the protocols of what can be added.
 
-An engine, a kind of port, a reader and a writer of arrangements, a model for another checker, a report, a reader of
-logs, a format of timelines, a drawing, a command and a front end of the debugger each have a registry, an entry and a
-protocol here (docs/plugs.md). As in the front door, each name is imported when it is first asked for. Lint rules have
-no registry. The functions beside these (`find_accepting_lasso`, `mask`, `moves_of` and others), which the examples use,
-may change, and so may what walks step programs and formulas (`fold`, `op`, `mapped` and others).
+An engine, a kind of port, a reader and a writer of arrangements, a format of Kripke structures, a model for another
+checker, a report, a reader of logs, a format of timelines, a drawing, a command and a front end of the debugger each
+have a registry, an entry and a protocol here (docs/plugs.md). As in the front door, each name is imported when it is
+first asked for. Lint rules have no registry. The functions beside these (`find_accepting_lasso`, `mask`, `moves_of` and
+others), which the examples use, may change, and so may what walks step programs and formulas (`fold`, `op`, `mapped`
+and others).
 """
 
 from __future__ import annotations
@@ -65,7 +66,18 @@ if TYPE_CHECKING:
     from llfsm_verify.cli.parser import Parser as CommandParser
     from llfsm_verify.diagnostics import Source, Span
     from llfsm_verify.jsonvalue import Json
-    from llfsm_verify.kripke.export.formats import MODELS
+    from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
+    from llfsm_verify.kripke.export.rows import (
+        Element,
+        RowWriter,
+        edges,
+        elements,
+        initial_letters,
+        letters,
+        portions,
+        steps_known,
+        ways,
+    )
     from llfsm_verify.kripke.export.specification import Specification
     from llfsm_verify.kripke.observing import observed_outputs
     from llfsm_verify.language.types import decimal_text
@@ -189,7 +201,18 @@ _PLACES = {
     "cli.parser": ("CommandEntry", "Parser as CommandParser", "UsageError"),
     "diagnostics": ("Source", "Span"),
     "jsonvalue": ("Json",),
-    "kripke.export.formats": ("MODELS",),
+    "kripke.export.formats": ("MODELS", "STRUCTURES"),
+    "kripke.export.rows": (
+        "Element",
+        "RowWriter",
+        "edges",
+        "elements",
+        "initial_letters",
+        "letters",
+        "portions",
+        "steps_known",
+        "ways",
+    ),
     "kripke.export.specification": ("Specification",),
     "kripke.observing": ("observed_outputs",),
     "language.types": ("decimal_text",),
@@ -266,28 +289,28 @@ _PLACES = {
 __all__ = [
     "ARRANGEMENTS", "BOOL", "CAUSE_MARK", "CLAIMED", "COMMANDS", "CONTRADICTED", "COUNT", "DRAWINGS", "ENGINES",
     "FALSE", "FAULT", "FILE", "FLAG", "FRONT_ENDS", "LOGS", "MACHINES", "MODELS", "NUMBER", "PORTS", "REPORTS",
-    "SECONDS", "SWITCH", "TIMELINES", "TRUE", "TRUTHS", "UNREADABLE", "WHEN", "WRITERS", "WRONG_PORT", "Answer",
-    "Arrangement", "ArrangementDraft", "Automaton", "AutomatonEdge", "AutomatonTooLarge", "Block", "Choice",
-    "CommandEntry", "CommandParser", "Const", "DebugAnswer", "DebugError", "DebugSession", "Draft", "DrawnEdge",
-    "DrawnNode", "Editor", "Edits", "Emit", "EngineEntry", "EngineOption", "EngineOptions", "Entry", "Execution",
-    "Exploration", "Expr", "Fault", "FaultFinding", "Field", "Formula", "FormulaOp", "Get", "Given",
-    "GivenArrangement", "Goal", "Graph", "Holds", "If", "InstanceDraft", "Int", "Interpreter", "Ite", "Json",
-    "Key", "Lazy", "Let", "Letter", "LimitReached", "LinePort", "Link", "LintResult", "Local", "MachineDraft",
-    "Move", "NewMachine", "NewState", "NoColumn", "Node", "Op", "OpName", "Output", "Package", "ParameterDraft",
-    "Port", "PortKind", "PrefixMonitor", "ProcessDraft", "Program", "PropertyResult", "Reading", "Registry",
-    "Report", "ReportEntry", "Result", "Row", "Sample", "Scalar", "Schedule", "Sequence", "Session", "Set",
-    "Shown", "Signal", "Single", "Source", "Span", "Specification", "Started", "StateDraft", "Stmt", "Style",
-    "Switch", "SymbolicDefinitions", "Table", "Timeline", "TimelineRow", "Trace", "TraceRow", "TransitionDraft",
-    "Turn", "Type", "Uneditable", "Unknown", "Unopened", "Unreadable", "UsageError", "Value", "Values", "Var",
-    "VariableDraft", "Violated", "Wanted", "WhiteboardDraft", "Words", "Writer", "Written", "add_premises",
-    "all_codes", "all_of", "apply", "asked_text", "atom", "bad_prefixes_of", "cell_text", "claim_of",
-    "conjunction", "const", "decimal_text", "draft_data", "evaluate", "expressions", "fault_text",
-    "find_accepting_lasso", "fold", "get", "implied", "initial_text", "interval", "is_contradicted", "ite",
-    "lines_of", "lint_diagnostic", "mapped", "mark", "mask", "moves_of", "negation", "nnf", "nodes",
-    "observed_outputs", "op", "opened", "parse_command", "parts", "postorder", "reached", "read_named",
-    "read_source", "resumed_text", "ringlet", "scalars", "sentences", "statements", "stop_at_faults",
-    "summary_text", "text", "tick", "trace_rows", "translate", "typed", "under_assumptions", "vacuity_texts",
-    "verdict_text", "whole_number", "written",
+    "SECONDS", "STRUCTURES", "SWITCH", "TIMELINES", "TRUE", "TRUTHS", "UNREADABLE", "WHEN", "WRITERS",
+    "WRONG_PORT", "Answer", "Arrangement", "ArrangementDraft", "Automaton", "AutomatonEdge", "AutomatonTooLarge",
+    "Block", "Choice", "CommandEntry", "CommandParser", "Const", "DebugAnswer", "DebugError", "DebugSession",
+    "Draft", "DrawnEdge", "DrawnNode", "Editor", "Edits", "Element", "Emit", "EngineEntry", "EngineOption",
+    "EngineOptions", "Entry", "Execution", "Exploration", "Expr", "Fault", "FaultFinding", "Field", "Formula",
+    "FormulaOp", "Get", "Given", "GivenArrangement", "Goal", "Graph", "Holds", "If", "InstanceDraft", "Int",
+    "Interpreter", "Ite", "Json", "Key", "Lazy", "Let", "Letter", "LimitReached", "LinePort", "Link", "LintResult",
+    "Local", "MachineDraft", "Move", "NewMachine", "NewState", "NoColumn", "Node", "Op", "OpName", "Output",
+    "Package", "ParameterDraft", "Port", "PortKind", "PrefixMonitor", "ProcessDraft", "Program", "PropertyResult",
+    "Reading", "Registry", "Report", "ReportEntry", "Result", "Row", "RowWriter", "Sample", "Scalar", "Schedule",
+    "Sequence", "Session", "Set", "Shown", "Signal", "Single", "Source", "Span", "Specification", "Started",
+    "StateDraft", "Stmt", "Style", "Switch", "SymbolicDefinitions", "Table", "Timeline", "TimelineRow", "Trace",
+    "TraceRow", "TransitionDraft", "Turn", "Type", "Uneditable", "Unknown", "Unopened", "Unreadable", "UsageError",
+    "Value", "Values", "Var", "VariableDraft", "Violated", "Wanted", "WhiteboardDraft", "Words", "Writer",
+    "Written", "add_premises", "all_codes", "all_of", "apply", "asked_text", "atom", "bad_prefixes_of",
+    "cell_text", "claim_of", "conjunction", "const", "decimal_text", "draft_data", "edges", "elements", "evaluate",
+    "expressions", "fault_text", "find_accepting_lasso", "fold", "get", "implied", "initial_letters",
+    "initial_text", "interval", "is_contradicted", "ite", "letters", "lines_of", "lint_diagnostic", "mapped",
+    "mark", "mask", "moves_of", "negation", "nnf", "nodes", "observed_outputs", "op", "opened", "parse_command",
+    "parts", "portions", "postorder", "reached", "read_named", "read_source", "resumed_text", "ringlet", "scalars",
+    "sentences", "statements", "steps_known", "stop_at_faults", "summary_text", "text", "tick", "trace_rows",
+    "translate", "typed", "under_assumptions", "vacuity_texts", "verdict_text", "ways", "whole_number", "written",
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # a type checker shall find a name that there is not

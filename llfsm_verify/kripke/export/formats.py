@@ -17,10 +17,8 @@ STRUCTURES: Registry[Callable[[Structure], Iterable[str | bytes]]] = Registry(
     [
         Entry("json", "llfsm_verify.kripke.export.json:json", "a line for each configuration and edge", (".json",)),
         Entry("dot", "llfsm_verify.kripke.export.dot:dot", "a drawing", (".dot", ".gv")),
-        Entry("graphml", "llfsm_verify.kripke.export.graphml:graphml", "GraphML", (".graphml",)),
-        Entry("aut", "llfsm_verify.kripke.export.aut:aut", "CADP's Aldébaran format", (".aut",)),
-        Entry("npz", "llfsm_verify.kripke.export.npz:npz", "arrays of NumPy", (".npz",), binary=True),
     ],
+    "llfsm_verify.structures",
 )
 """Each gives the portions of a file."""
 MODELS: Registry[Callable[[Specification], str]] = Registry("format of models", (), "llfsm_verify.models")

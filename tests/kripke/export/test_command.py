@@ -162,7 +162,7 @@ def test_an_existing_file_stays_when_writing_fails(tmp_path, monkeypatch):
         yield "des (0, 0, 1)"
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("llfsm_verify.kripke.export.aut.aut", broken)
+    monkeypatch.setattr("llfsm_verify.extensions.graphs.aut.aut", broken)
     done = llfsm("kripke", LIGHTS, "-o", str(target))
     assert done.returncode == 3 and "No space left" in done.stderr
     assert target.read_text() == "precious" and [p.name for p in Path(tmp_path).iterdir()] == ["a.aut"]

@@ -16,12 +16,12 @@ from hypothesis import strategies as st
 
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.extensions.graphs.aut import aut
+from llfsm_verify.extensions.graphs.graphml import graphml
+from llfsm_verify.extensions.graphs.npz import npz
 from llfsm_verify.kripke.explore import Explorer
-from llfsm_verify.kripke.export.aut import aut
 from llfsm_verify.kripke.export.dot import dot
-from llfsm_verify.kripke.export.graphml import graphml
 from llfsm_verify.kripke.export.json import json
-from llfsm_verify.kripke.export.npz import npz
 from llfsm_verify.kripke.steps import Steps
 from llfsm_verify.kripke.structure import Structure, structure, structure_of
 from llfsm_verify.limits import Budget, LimitReached, Limits
@@ -211,7 +211,7 @@ def test_a_large_structure_is_written_in_portions(export, monkeypatch):
     found = structure_of(many())
     monkeypatch.setattr("llfsm_verify.kripke.export.rows.STEPS_UPTO", 0)
     monkeypatch.setattr("llfsm_verify.kripke.export.rows.PORTION", 1 << 9)
-    monkeypatch.setattr("llfsm_verify.kripke.export.npz.PORTION", 1 << 13)
+    monkeypatch.setattr("llfsm_verify.extensions.graphs.npz.PORTION", 1 << 13)
 
     def write() -> None:
         sizes = [len(piece) for piece in export(found)]

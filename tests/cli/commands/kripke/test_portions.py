@@ -20,7 +20,7 @@ from tests.processes import ended, wait_for_text_below
 SCRIPT = """
 import sys, time
 from llfsm_verify.cli import main
-from llfsm_verify.kripke.export import aut
+from llfsm_verify.extensions.graphs import aut
 
 def portions(_):
     yield "des (0, 0, 1)\\n" * 100_000
@@ -45,7 +45,7 @@ def breaks(monkeypatch: pytest.MonkeyPatch, limit: str) -> None:
         yield "one\n"
         yield "another\n"
 
-    monkeypatch.setattr("llfsm_verify.kripke.export.aut.aut", portions)
+    monkeypatch.setattr("llfsm_verify.extensions.graphs.aut.aut", portions)
 
 
 @pytest.mark.parametrize(("limit", "words"), [("memory", ()), ("time", ("--timeout", "1000"))])

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 from zipfile import ZIP_DEFLATED, ZipFile
 
-from llfsm_verify.kripke.structure import Structure
-from llfsm_verify.program.program import Int
+from llfsm_verify import Structure
+from llfsm_verify.plug import Int
 
 if TYPE_CHECKING:
     import numpy as np

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from llfsm_verify.kripke.export.rows import edges, initial_letters, letters, portions, ways
-from llfsm_verify.kripke.structure import Structure
+from llfsm_verify import Structure
+from llfsm_verify.plug import edges, initial_letters, letters, portions, ways
 
 CUT = "CUT SHORT"
 """The label of a step from a configuration whose own steps are missing."""

@@ -6,20 +6,22 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from xml.sax.saxutils import escape, quoteattr
 
-from llfsm_verify.kripke.export.rows import (
+from llfsm_verify import Structure
+from llfsm_verify.plug import (
+    BOOL,
     Element,
+    Int,
     RowWriter,
+    Shown,
     edges,
     elements,
     initial_letters,
     letters,
     portions,
     steps_known,
+    text,
     ways,
 )
-from llfsm_verify.kripke.structure import Structure
-from llfsm_verify.program.program import BOOL, Int
-from llfsm_verify.values import Shown, text
 
 HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <graphml xmlns="http://graphml.graphdrawing.org/xmlns" xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" \
