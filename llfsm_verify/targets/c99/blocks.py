@@ -35,10 +35,11 @@ from llfsm_verify.program.program import (
     Type,
 )
 from llfsm_verify.program.terms import fits
-from llfsm_verify.program.trees import branches
+from llfsm_verify.program.trees import branches, distinct_nodes, expressions
 from llfsm_verify.semantics.bits import common_bits
 from llfsm_verify.targets.c99.names import KEPT, Names, identifier
-from llfsm_verify.targets.c99.numbers import BITS, KINDS, RAW, WIDE, Number, holds, kind_of, literal, written
+from llfsm_verify.targets.c99.numbers import BITS, KINDS, PROMOTED, RAW, WIDE, Number, holds, kind_of, literal, written
+from llfsm_verify.targets.c99.reading import readable
 
 T = TypeVar("T")
 Work = Generator[Any, Any, T]
@@ -50,6 +51,7 @@ DEEPEST = 10
 """Operations within each other in one expression."""
 _SIGNS: dict[OpName, str] = {"add": "+", "sub": "-", "mul": "*", "div": "/", "mod": "%"}
 _COMPARISONS: dict[OpName, str] = {"eq": "==", "ne": "!=", "lt": "<", "le": "<=", "gt": ">", "ge": ">="}
+_OPPOSITES: dict[OpName, OpName] = {"eq": "ne", "ne": "eq", "lt": "ge", "ge": "lt", "gt": "le", "le": "gt"}
 _ACTIONS = {"entry": "on_entry", "exit": "on_exit"}
 
 
@@ -97,10 +99,13 @@ class BlockText:
         self._locals: dict[str, Number] = {}
         self._once: set[str] = set()
         self._used: set[str] = set(KEPT) | OURS
+        self._scopes: dict[str, Block] = {}
 
     def text(self, block: Block) -> list[str]:
         """The lines of the body."""
+        block = readable(block)
         self._once = _assigned_once(block)
+        self._scopes = _scopes(block)
         performed(self._block(block))
         return _without_unread([*self._top, *self._lines], self._used - KEPT - OURS)
 
@@ -166,6 +171,16 @@ class BlockText:
             return Number(text if kind == "int64_t" else f"({kind}){text}", kind, low, high, depth=depth)
         return Number(f"({kind}){number.operand}", kind, low, high, depth=depth)
 
+    def _side(self, number: Number, kind: str, sign: str, *, left: bool) -> str:
+        """As a side of an operator whose sides are of this type. What is an `int` there stays as it is."""
+        if kind == "int16_t" and number.type in PROMOTED:
+            return number.beside(sign, left=left)
+        return self._as(number, kind).operand
+
+    def _sides(self, args: Sequence[Number], kind: str, sign: str) -> str:
+        """Two operands and the operator between them."""
+        return f" {sign} ".join(self._side(n, kind, sign, left=i == 0) for i, n in enumerate(args))
+
     def _held(self, number: Number, kind: Type) -> Number:
         """As values of a type are held; an `int` that does not fit ends the step."""
         if isinstance(kind, Int):
@@ -203,6 +218,9 @@ class BlockText:
                 assert index is not None
                 position = self._as((yield self._value(index)), "size_t").text
                 return self._names.load(name, position)
+            case Op("not", (Op(inner, sides, _),), kind) if inner in _OPPOSITES:
+                opposite: Number = yield self._value(Op(_OPPOSITES[inner], sides, kind))
+                return opposite
             case Op(op, args, _):
                 bits = common_bits(expression) if op == "add" else None
                 given: list[Number] = []
@@ -295,9 +313,9 @@ class BlockText:
         if op in ("min", "max", "abs") or seen:  # compilers warn of divisors that they see to be 0, in what never runs
             texts = (self._as(a, computed).text for a in args)
             return Number(_call(f"{op}_{BITS[computed]}", *texts), computed, low, high, depth=depth)
-        operands = [self._as(a, computed).operand for a in args]
-        text = f"-{operands[0]}" if op == "neg" else f" {_SIGNS[op]} ".join(operands)
-        return Number(text, RAW if computed == "int16_t" else computed, low, high, False, depth=depth)
+        sign = _SIGNS.get(op, "")
+        text = self._sides(args, computed, sign) if sign else f"-{self._as(args[0], computed).operand}"
+        return Number(text, RAW if computed == "int16_t" else computed, low, high, False, depth=depth, sign=sign)
 
     def _logic(self, op: OpName, args: Sequence[Number], depth: int) -> Number:
         if op == "not":
@@ -314,7 +332,8 @@ class BlockText:
                 return other if bool(known.value) == (op == "and") else known
         if left.text == right.text:
             return _truth(literal(0)) if op == "xor" else left
-        return Number(f"{left.operand} {sign} {right.operand}", "bool", 0, 1, False, depth=depth)
+        text = f"{left.beside(sign, left=True)} {sign} {right.beside(sign, left=False)}"
+        return Number(text, "bool", 0, 1, False, depth=depth, sign=sign)
 
     def _compare(self, op: OpName, left: Number, right: Number, depth: int) -> Number:
         known = _decided(op, left, right)
@@ -328,8 +347,8 @@ class BlockText:
             return Number(f"{left.operand} {_COMPARISONS[op]} {right.operand}", "bool", 0, 1, False, depth=depth)
         kind = kind_of(min(left.low, right.low), max(left.high, right.high))
         if kind != WIDE:
-            texts = [self._as(n, kind).operand for n in (left, right)]
-            return Number(f" {_COMPARISONS[op]} ".join(texts), "bool", 0, 1, False, depth=depth)
+            sign = _COMPARISONS[op]
+            return Number(self._sides((left, right), kind, sign), "bool", 0, 1, False, depth=depth, sign=sign)
         sides = [(self._as(n, WIDE).text, n.signed) for n in (left, right)]
         if op in ("gt", "le"):
             sides.reverse()
@@ -384,8 +403,8 @@ class BlockText:
         if kind == WIDE:
             texts = [self._as(number, "uint64_t").operand for number in (left, right)]
             return self._narrowed(_call("wide_of", "0", " & ".join(texts)), 0, high, depth)
-        texts = [self._as(number, kind).operand for number in (left, right)]
-        return Number(" & ".join(texts), RAW if kind == "int16_t" else kind, 0, high, False, depth=depth)
+        text = self._sides((left, right), kind, "&")
+        return Number(text, RAW if kind == "int16_t" else kind, 0, high, False, depth=depth)
 
     def _narrowed(self, wide: str, low: int, high: int, depth: int) -> Number:
         """A result of 128 bits, in 64 where it fits."""
@@ -402,22 +421,26 @@ class BlockText:
 
     # ------------------------------------------------------------ statements
 
-    def _block(self, block: Block, *, nested: bool = False) -> Work[None]:
+    def _block(self, block: Block) -> Work[None]:
         for number, statement in enumerate(block):
             following = block[number + 1] if number + 1 < len(block) else None
-            if isinstance(statement, Let) and isinstance(following, Emit) and following.kind == "guard":
-                self._line(self._told(following))
-            yield self._statement(statement, nested=nested)
+            if isinstance(statement, Emit):
+                told = self._told(statement, following)
+                self._lines += [told] if told else []
+            else:
+                yield self._statement(statement, block)
 
-    def _statement(self, statement: Stmt, *, nested: bool) -> Work[None]:
+    def _statement(self, statement: Stmt, block: Block) -> Work[None]:
         match statement:
             case Set():
                 yield self._store(statement)
             case Let(local, value):
                 number: Number = yield self._value(value)
-                self._assign(local, self._held(number, local.type), nested=nested)
+                self._assign(local, self._held(number, local.type), block)
+            case Sample(local, choice) if local.name in self._once:
+                self._locals[local.name] = self._names.sample(self._choices[choice])
             case Sample(local, choice):
-                self._assign(local, self._names.sample(self._choices[choice]), nested=nested)
+                self._assign(local, self._names.sample(self._choices[choice]), block, self._choices[choice].source)
             case If():
                 yield self._if(statement)
             case Switch():
@@ -428,13 +451,9 @@ class BlockText:
                 condition = _truth((yield self._value(when)))
                 if condition.value != 0:
                     self._fail(condition.text, str(fault + 1), comment(f"{where}{site.code} {site.message}"))
-            case Emit() as emit:
-                told = self._told(emit)
-                if told and emit.kind != "guard":
-                    self._line(told)
 
-    def _told(self, emit: Emit) -> str:
-        """The comment on what happens there."""
+    def _told(self, emit: Emit, following: Stmt | None) -> str:
+        """The comment on what happens there, in the next statement."""
         machine = self._names.program.machines[emit.machine]
         numbers = [argument.value if isinstance(argument, Const) else None for argument in emit.args]
         if emit.kind == "guard" and len(numbers) > 1 and numbers[0] is not None and numbers[1] is not None:
@@ -444,6 +463,12 @@ class BlockText:
                 where = "" if span is None else f"{span}: "
                 return comment(f"{where}{machine.transition_text(numbers[0], numbers[1])}")
         if emit.kind in ("entry", "exit", "internal", "on_suspend", "on_resume"):
+            if (
+                following is None
+                or isinstance(following, Emit)
+                or (isinstance(following, Set) and "$" in following.var)
+            ):
+                return ""  # nothing of it is left
             return comment(_ACTIONS.get(emit.kind, emit.kind))
         return comment(emit.kind) if emit.kind in ("suspend", "resume", "restart", "load", "unload", "refused") else ""
 
@@ -458,16 +483,16 @@ class BlockText:
         name = None if number.value is None else self._names.value_name(store.var, number.value)
         self._line(f"state->{field.path}{index} = {name or self._as(number, field.type).text};")
 
-    def _assign(self, local: Local, number: Number, *, nested: bool) -> None:
+    def _assign(self, local: Local, number: Number, block: Block, wanted: str = "") -> None:
         kind = local.type
         held = self._as(number, _type_of(kind))
         if local.name in self._locals:
             self._line(f"{self._locals[local.name].text} = {held.text};")
             return
-        name = self._fresh(local.name)
+        name = self._fresh(wanted or local.name)
         low, high = (kind.low, kind.high) if isinstance(kind, Int) else (INT64_MIN, INT64_MAX)
         self._locals[local.name] = Number(name, held.type, low, high)
-        if not nested:
+        if self._scopes.get(local.name) is block:
             self._line(f"{'const ' * (local.name in self._once)}{held.type} {name} = {held.text};")
         else:
             self._top.append(f"{held.type} {name} = {self._as(literal(0), held.type).text};")
@@ -477,15 +502,15 @@ class BlockText:
         condition = _truth((yield self._value(statement.condition)))
         if condition.value is not None:
             chosen = statement.then if condition.value else statement.otherwise
-            yield self._block(chosen, nested=True)
+            yield self._block(chosen)
             return
         with self._inside() as then:
-            yield self._block(statement.then, nested=True)
+            yield self._block(statement.then)
         with self._inside() as otherwise:
-            yield self._block(statement.otherwise, nested=True)
+            yield self._block(statement.otherwise)
         if has_code(then):
             self._lines += [f"if ({condition.text}) {{", *then]
-            self._lines += ["} else {", *otherwise, "}"] if has_code(otherwise) else ["}"]
+            self._lines += _otherwise(otherwise)
         elif has_code(otherwise):
             opposite = self._logic("not", [condition], 0)
             self._lines += [f"if ({opposite.text}) {{", *otherwise, "}"]
@@ -493,7 +518,7 @@ class BlockText:
     def _switch(self, statement: Switch) -> Work[None]:
         number: Number = yield self._value(statement.value)
         if number.value is not None:
-            yield self._block(dict(statement.cases).get(number.value, statement.default), nested=True)
+            yield self._block(dict(statement.cases).get(number.value, statement.default))
             return
         if number.type == WIDE:
             number = self._named(number)
@@ -502,13 +527,20 @@ class BlockText:
         arms: list[tuple[int | None, list[str]]] = []
         for key, block in (*statement.cases, (None, statement.default)):
             with self._inside() as lines:
-                yield self._block(block, nested=True)
+                yield self._block(block)
             if key is None or number.low <= key <= number.high:
                 arms.append((key, lines))
         if not any(has_code(lines) for _, lines in arms):
             return
         if number.type == WIDE:
             self._chain(number, arms)
+            return
+        full = [(key, lines) for key, lines in arms if has_code(lines)]
+        key, lines = full[0]
+        if len(full) == 1 and key is not None:
+            (side,) = self._enumerators([statement.value, Const(key, Int(key, key))], [number, literal(key)])[1:]
+            condition = self._compare("eq", number, side, 0)
+            self._lines += [f"if ({condition.text}) {{", *lines, "}"]
             return
         self._line(f"switch ({number.text}) {{")
         variable = statement.value.var if isinstance(statement.value, Get) else ""
@@ -527,6 +559,20 @@ class BlockText:
             constant = literal(key)
             same = _call("wide_equal", number.text, number.signed, self._as(constant, WIDE).text, constant.signed)
             self._lines += [f"{'} else ' if position else ''}if ({same}) {{", *lines]
+
+
+def _otherwise(lines: Sequence[str]) -> list[str]:
+    """What follows a branch: another decision, or a block."""
+    if not has_code(lines):
+        return ["}"]
+    ends = [line for line in lines if not line.startswith("     ")]
+    if (
+        ends[0].startswith("    if (")
+        and ends[-1] == "    }"
+        and all(line.startswith("    } else") for line in ends[1:-1])
+    ):
+        return [f"}} else {lines[0].strip()}", *(line[4:] for line in lines[1:])]
+    return ["} else {", *lines, "}"]
 
 
 def has_code(lines: Sequence[str]) -> bool:
@@ -567,6 +613,30 @@ def _assigned_once(block: Block) -> set[str]:
         elif isinstance(statement, If | Switch):
             todo += [s for branch in branches(statement) for s in branch]
     return {name for name, count in counts.items() if count == 1}
+
+
+def _scopes(block: Block) -> dict[str, Block]:
+    """By local: the block in which all of its uses are, where it begins with the local's first statement there."""
+    paths: dict[str, tuple[Block, ...]] = {}
+    seen: set[int] = set()
+    first: dict[str, Block] = {}
+    todo: list[tuple[Stmt, tuple[Block, ...]]] = [(s, (block,)) for s in reversed(block)]
+    while todo:
+        statement, path = todo.pop()
+        named = [n.name for e in expressions(statement) for n in distinct_nodes(e) if isinstance(n, Local)]
+        if isinstance(statement, Let | Sample):
+            named.append(statement.local.name)
+            first.setdefault(statement.local.name, path[-1])
+        for name in named:
+            known = paths.setdefault(name, path)
+            shared = next((i for i, (a, b) in enumerate(zip(known, path, strict=False)) if a is not b), None)
+            paths[name] = known[: min(len(known), len(path))] if shared is None else known[:shared]
+        for inner in reversed(branches(statement)) if isinstance(statement, If | Switch) else ():
+            if id(inner) in seen:
+                return {}  # a block in two places is no place
+            seen |= {id(inner)} if inner else set()
+            todo += [(s, (*path, inner)) for s in reversed(inner)]
+    return {name: path[-1] for name, path in paths.items() if first.get(name) is path[-1]}
 
 
 def _without_unread(lines: list[str], names: set[str]) -> list[str]:

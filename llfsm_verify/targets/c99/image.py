@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from dataclasses import field as with_default
@@ -14,7 +15,7 @@ from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.targets.c99.blocks import BlockText, comment, has_code
 from llfsm_verify.targets.c99.names import Field, Names, identifier
 from llfsm_verify.targets.c99.numbers import stored_as, written
-from llfsm_verify.targets.c99.texts import runtime
+from llfsm_verify.targets.c99.texts import runtime, wrapped
 from llfsm_verify.values import Value, element_names, value_text
 
 MARK = "Written by `llfsm build`; do not edit."
@@ -26,6 +27,10 @@ STATUSES = {
     BAD_INPUT: (-3, "an input is outside its range; nothing has changed, and the next call may be better"),
     CORRUPT: (-4, "the state names no state of a machine"),
 }
+
+
+SMALL = 3
+"""Stores that stand where they are done, and are no function."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +99,7 @@ class Image:
             f"uint32_t {p}_layout(void);\n",
             "#ifdef __cplusplus\n}\n#endif\n\n#endif",
         ]
-        return "\n".join(parts) + "\n"
+        return wrapped("\n".join(parts))
 
     def _period(self) -> Iterator[str]:
         if self.program.period is not None:
@@ -182,7 +187,7 @@ class Image:
             step,
             self._cycle(),
         ]
-        return "\n".join(part for part in parts if part)
+        return wrapped("\n".join(part for part in parts if part).replace("\n\n\n", "\n\n"))
 
     def _function(self, name: str, lines: Sequence[str], about: str = "") -> _Function | None:
         """A function with this body, which may end with a status; None: it does nothing."""
@@ -209,8 +214,11 @@ class Image:
         return [f"status = {call};", f"if (status != {self.prefix}_{OK}) {{", "    return status;", "}"]
 
     def _of(self, name: str, block: Block, about: str = "") -> list[str]:
-        """Lines that call a function for a block."""
-        return self._call(self._function(name, BlockText(self.names).text(block), about))
+        """Lines that call a function for a block, or those of one that is too small for a function."""
+        lines = BlockText(self.names).text(block)
+        if not about and len(lines) <= SMALL and all(re.match(r"state->.*;$", line) for line in lines):
+            return lines
+        return self._call(self._function(name, lines, about))
 
     def _slot(self, slot: Slot, end: Sequence[str], letter: Sequence[str]) -> list[str]:
         """Lines that call the ringlet of a machine."""

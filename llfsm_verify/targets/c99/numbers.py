@@ -16,6 +16,16 @@ RAW: Final = "raw"
 """The type of a sum before its cast: what the compiler makes of it."""
 KINDS: Final = ("int16_t", "int32_t", "int64_t", WIDE)
 BITS: Final = {"int16_t": 16, "int32_t": 32, "int64_t": 64}
+PROMOTED: Final = ("uint8_t", "int8_t", "int16_t", RAW)
+"""What is an `int` of the same value beside an operator, also where an `int` has 16 bits."""
+_ARITHMETIC, _COMPARISONS = "+ - * / %", "== != < <= > >="
+FIRST: Final = {
+    "+": "* / %", "-": "* / %", "&&": f"{_ARITHMETIC} {_COMPARISONS} &&", "||": f"{_ARITHMETIC} {_COMPARISONS} ||",
+    **dict.fromkeys(_COMPARISONS.split(), _ARITHMETIC),
+}  # fmt: skip
+"""By operator: those that bind closer on both sides, or are the same and one chain."""
+LEFT: Final = {"+": ("+", "-"), "-": ("+", "-"), "*": ("*",)}
+"""Those that come first on the left side."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +40,13 @@ class Number:
     """It can be an operand as it stands."""
     value: int | None = None
     depth: int = 0
+    sign: str = ""
+    """The operator that was written last, where it is not simple."""
+
+    def beside(self, sign: str, *, left: bool) -> str:
+        """The text as a side of an operator: in parentheses, but where everybody knows which operator is first."""
+        plain = self.simple or (self.sign in FIRST.get(sign, "").split()) or (left and self.sign in LEFT.get(sign, ()))
+        return self.text if plain else f"({self.text})"
 
     @property
     def operand(self) -> str:

@@ -3,11 +3,73 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from functools import cache
 from importlib import resources
 
 _PART = re.compile(r"^/\* @(\w+)((?: \w+)*):", re.MULTILINE)
 _SMALL = re.compile(r"(min|max|abs|div|mod)_(16|32|64)\Z")
+
+
+WIDTH = 110
+"""Columns of a line."""
+_BREAKS = (
+    " = ",
+    " ? ",
+    " || ",
+    " && ",
+    " == ",
+    " != ",
+    " < ",
+    " <= ",
+    " > ",
+    " >= ",
+    " + ",
+    " - ",
+    " * ",
+    " / ",
+    " & ",
+)
+
+
+def wrapped(text: str) -> str:
+    """C whose lines are as short as `WIDTH` where they can be broken."""
+    return "".join(f"{line}\n" for long in text.splitlines() for line in _lines(long))
+
+
+def _lines(line: str) -> list[str]:
+    if len(line) <= WIDTH:
+        return [line]
+    indent = line[: len(line) - len(line.lstrip())]
+    code, mark, told = line.partition("/*")
+    if mark and code.strip():  # what is said of a statement goes before it
+        lines = [*_lines(f"{indent}/*{told}"), *_lines(code.rstrip())]
+        return lines if told.endswith("*/") else [line]
+    if mark:
+        told = line.strip().removesuffix(" */") + "\0*/"
+        breaks = textwrap.TextWrapper(WIDTH, indent, f"{indent} * ", break_long_words=False, break_on_hyphens=False)
+        return [part.replace("\0", " ") for part in breaks.wrap(told)]
+    found: list[str] = []
+    while len(line) > WIDTH:
+        at = _break(line)
+        if not at:
+            break
+        found.append(line[:at].rstrip())
+        line = f"{indent}        {line[at:].lstrip()}"
+    return [*found, line]
+
+
+def _break(line: str) -> int:
+    """Where to break a line of code: after a comma or before an operator, as far outside as can be; 0: nowhere."""
+    best, depth, start = (0, 0), 0, len(line) - len(line.lstrip())
+    for at, letter in enumerate(line[: WIDTH + 1]):
+        depth += (letter in "([") - (letter in ")]")
+        after = letter == "," or (letter == "(" and line[at + 1 : at + 2] not in ("", ")"))
+        operator = next((sign for sign in _BREAKS if line.startswith(sign, at)), None)
+        if at > start + 8 and at < WIDTH and (after or operator):
+            place = at + 1 if after else at + 2 if operator == " = " else at
+            best = max(best, (-depth - 2 * (letter == "("), place), key=lambda b: (b[1] > 0, *b))
+    return best[1]
 
 
 @cache
