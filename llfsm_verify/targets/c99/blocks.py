@@ -384,6 +384,9 @@ class BlockText:
                 made = _call("wide_add", made, self._as(literal(low), WIDE).text)
             return Number(made, WIDE, low, high, depth=depth)
         bits = 32 if holds("int32_t", min(low, number.low), max(high, number.high)) else 64
+        if low == 0:
+            word = f"{self._word(number, bits)} & {written(high, f'uint{bits}_t')}"
+            return Number(f"(int{bits}_t)({word})", f"int{bits}_t", low, high, depth=depth)
         constants = (written(n % (1 << bits), f"uint{bits}_t") for n in (low, size - 1))
         text = _call(f"wrap{bits}", self._word(number, bits), *constants)
         return Number(text, f"int{bits}_t", low, high, depth=depth)

@@ -68,7 +68,8 @@ def _break(line: str) -> int:
         operator = next((sign for sign in _BREAKS if line.startswith(sign, at)), None)
         if at > start + 8 and at < WIDTH and (after or operator):
             place = at + 1 if after else at + 2 if operator == " = " else at
-            best = max(best, (-depth - 2 * (letter == "("), place), key=lambda b: (b[1] > 0, *b))
+            outside = -depth - 2 * (letter == "(" or operator == " = ")
+            best = max(best, (outside, place), key=lambda b: (b[1] > 0, *b))
     return best[1]
 
 
