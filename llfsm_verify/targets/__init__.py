@@ -17,6 +17,8 @@ Mistakes:
 
 from typing import Final
 
+from llfsm_verify.targets.c99.avr import CODES as AVR
+
 IMPOSSIBLE: Final = "E503"
 SAME_NAME: Final = "E504"
 UNWRITABLE: Final = "E505"
@@ -25,4 +27,5 @@ CODES: Final = {
     IMPOSSIBLE: "An arrangement has something that one image of a target cannot do.",
     SAME_NAME: "Two names are one in the language of a target.",
     UNWRITABLE: "The files of a target cannot be written there, or would replace others.",
+    **AVR,
 }

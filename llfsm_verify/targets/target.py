@@ -18,6 +18,10 @@ class Wanted:
 
     world: str
     optimize: Literal["size", "speed"] = "speed"
+    pins: str | None = None
+    """The path of a table of pins; None: `pins.yaml` beside the arrangement."""
+    mcu: str = "atmega328p"
+    clock_hz: int = 16_000_000
 
 
 @dataclass(frozen=True, slots=True)

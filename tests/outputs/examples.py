@@ -282,6 +282,8 @@ PROVOKED: dict[str, Provoked] = {
         ),
     ),
     "E505": Provoked((BUILD.replace("made", "."),), LAMP | {"a.c": "int x;\n"}),
+    "E506": Provoked((f"{BUILD.replace('none', 'avr')} --pins pins.yaml",), LAMP | {"pins.yaml": "pins: {go: PB9}\n"}),
+    "E507": Provoked((f"{BUILD.replace('none', 'avr')} --clock-hz 4000",), LAMP),
     "F001": _fault(_does("if (car) n += 1;", "car: {type: bool, role: input}, n: {type: 0..3}")),
     "F002": _fault(_does("share = 100 / n;", "n: {type: 0..9, role: input}, share: {type: 0..100}")),
     "F003": _fault(_does("seen[i] = true;", "i: {type: 0..4, role: input}, seen: {type: {array: bool, size: 4}}")),

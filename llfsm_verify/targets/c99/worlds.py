@@ -24,6 +24,7 @@ WORLDS: Registry[World] = Registry(
     [
         Entry("none", "llfsm_verify.targets.c99.worlds:caller", "for a caller of yours"),
         Entry("posix", "llfsm_verify.targets.c99.posix:posix", "a program"),
+        Entry("avr", "llfsm_verify.targets.c99.avr.world:avr", "a program for a microcontroller, with its pins"),
     ],
 )
 

@@ -6,7 +6,9 @@ from llfsm_verify.cli import arguments as shared
 from llfsm_verify.cli.arguments import milliseconds
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.targets.c99.worlds import WORLDS
-from llfsm_verify.targets.target import TARGETS
+from llfsm_verify.targets.target import TARGETS, Wanted
+
+PLAIN = Wanted("none")
 
 
 def arguments(parser: Parser) -> None:
@@ -24,4 +26,7 @@ def arguments(parser: Parser) -> None:
     add("--target", choices=TARGETS, required=True, help="; ".join(f"{e.name}: {e.about}" for e in TARGETS.values()))
     add("--for", dest="world", metavar="WORLD", required=True, help=worlds)
     add("--cycle-ms", metavar="MS", type=milliseconds, help="how long a cycle of an untimed arrangement takes")
+    add("--pins", metavar="FILE", help="avr: a table of the pins (default: pins.yaml beside the arrangement)")
+    add("--mcu", metavar="NAME", default=PLAIN.mcu, help="avr: the microcontroller (default: %(default)s)")
+    add("--clock-hz", metavar="HZ", type=int, default=PLAIN.clock_hz, help="avr: its clock (default: %(default)s)")
     add("-o", "--output", metavar="FOLDER", required=True, help="write the files there, and replace no others")

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
+from llfsm_verify.cli.commands.build.arguments import PLAIN
 from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.opening import open_arrangement
 from llfsm_verify.cli.parser import UsageError
@@ -25,8 +26,18 @@ def run(options: Namespace) -> int:
         raise UsageError(f"--for {options.world[:40]}: {options.target} is made for {', '.join(target.worlds)}")
     if not options.output:
         raise UsageError("--output needs the name of a folder")
+    if not 1000 <= options.clock_hz <= 100_000_000:
+        raise UsageError(f"--clock-hz {options.clock_hz}: the clock of a microcontroller has 1000 to 100000000 Hz")
+    of_avr = [
+        f"--{name}"
+        for name in ("pins", "mcu", "clock-hz")
+        if options.world != "avr" and getattr(options, name.replace("-", "_")) != getattr(PLAIN, name.replace("-", "_"))
+    ]
+    if of_avr:
+        raise UsageError(f"{of_avr[0]} is for --for avr, not {options.world}")
+    wanted = Wanted(options.world, pins=options.pins, mcu=options.mcu, clock_hz=options.clock_hz)
     given = open_arrangement(options.arrangement)
-    made = target.make(image_of(given, options.cycle_ms), Wanted(options.world))
+    made = target.make(image_of(given, options.cycle_ms), wanted)
     if given.environment is not None:
         tell("note: the model of the surroundings is left out: the inputs that it wrote come from the world")
     folder = Path(options.output)

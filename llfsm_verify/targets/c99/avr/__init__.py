@@ -1,0 +1,31 @@
+"""Images on AVR microcontrollers: pins from a table, a tick from timer 1.
+
+What a user writes, and what that prints:
+
+    $ llfsm build models/microwave/arrangement.yaml --target c --for avr --output oven
+    written: oven/microwave.h
+    written: oven/microwave.c
+    written: oven/microwave_main.c
+    written: oven/Makefile
+    written: oven/README.md
+
+    Pins: models/microwave/pins.yaml.
+    Timer 1 of the atmega328p at 16000000 Hz: prescaler 256, 62500 counts, 1 interrupt a cycle.
+    Compile it: make -C oven
+
+Mistakes:
+
+    pins.yaml:3:11: error[E506]: the atmega328p has no pin `PB9`
+    pins.yaml:4:10: error[E506]: `PD2` is the pin of `button` already
+    a.yaml: error[E507]: a cycle of 10000 ms is too long for timer 1 of the atmega328p at 16000000 Hz
+"""
+
+from typing import Final
+
+PINS: Final = "E506"
+TICK: Final = "E507"
+
+CODES: Final = {
+    PINS: "A table of pins does not fit the arrangement or the microcontroller.",
+    TICK: "The timer of a microcontroller cannot make the cycle of the arrangement.",
+}

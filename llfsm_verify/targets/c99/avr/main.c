@@ -1,0 +1,80 @@
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <avr/sleep.h>
+
+#include "NAME.h"
+
+#ifndef STOP_WHEN_LATE
+#define STOP_WHEN_LATE 0 /* 1: safe values, and no more cycles, where one begins a whole period late */
+#endif
+
+static volatile uint8_t due = 1; /* cycles that are to begin */
+
+ISR(TIMER1_COMPA_vect)
+{
+@TICK@
+}
+
+static void read_inputs(NAME_inputs *inputs)
+{
+@READ@
+}
+
+static void write_outputs(const NAME_state *state)
+{
+@WRITE@
+}
+
+static void set_up(void)
+{
+@SET_UP@
+    OCR1A = @COUNTS@U - 1U;
+    TCCR1A = 0;
+    TCCR1B = (uint8_t)(_BV(WGM12) | @PRESCALER@); /* CPU clock / @DIVIDED@ */
+    TIMSK1 = _BV(OCIE1A);
+    SMCR = 0; /* sleep means idle: the timer goes on */
+}
+
+/* Sleep until a cycle is due; whether more than one is. */
+static bool wait(void)
+{
+    bool late;
+    cli();
+    while (due == 0) {
+        sleep_enable();
+        sei(); /* the instruction after it is executed before an interrupt */
+        sleep_cpu();
+        sleep_disable();
+        cli();
+    }
+    late = due > 1;
+    due = 0;
+    sei();
+    return late;
+}
+
+int main(void)
+{
+    static NAME_state state;
+    static NAME_inputs inputs;
+    NAME_status status = NAME_OK;
+    NAME_init(&state);
+    NAME_first(&inputs);
+    write_outputs(&state); /* before pins become outputs */
+    set_up();
+    while (status == NAME_OK) {
+        if (wait() && STOP_WHEN_LATE) {
+            NAME_safe(&state);
+            status = NAME_CORRUPT;
+        } else {
+            read_inputs(&inputs);
+            status = NAME_cycle(&state, &inputs);
+        }
+        write_outputs(&state); /* after a fault, those that have safe values have them */
+    }
+    cli();
+    for (;;) {
+        sleep_enable();
+        sleep_cpu();
+    }
+}

@@ -1,0 +1,45 @@
+"""Programs for AVR, built here and run on a simulated board."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from shutil import which
+
+import pytest
+
+BOARD = Path(__file__).with_name("board.c")
+HEADER = Path("/usr/include/simavr/sim_avr.h")
+
+needs_avr = pytest.mark.skipif(which("avr-gcc") is None, reason="avr-gcc is not installed")
+needs_board = pytest.mark.skipif(
+    which("avr-gcc") is None or which("gcc") is None or not HEADER.exists(),
+    reason="gcc, avr-gcc or libsimavr-dev is not installed",
+)
+
+
+def make(folder: Path, files: Mapping[str, str]) -> Path:
+    """The ELF file that the Makefile among these files makes."""
+    for name, text in files.items():
+        (folder / name).write_text(text)
+    done = subprocess.run(["make", "EXTRA=-Werror"], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    (found,) = folder.glob("*.elf")
+    return found
+
+
+def compiled_board(folder: Path) -> Path:
+    """The program of `board.c`."""
+    made = folder / "board"
+    lenient = "-Wl,--unresolved-symbols=ignore-in-shared-libs"
+    subprocess.run(["gcc", "-O1", "-Wall", "-Werror", BOARD, lenient, "-lsimavr", "-o", made], check=True)
+    return made
+
+
+def played(board: Path, elf: Path, lines: Iterable[str], cycles: int, mcu: str = "atmega328p") -> list[dict[str, str]]:
+    """What ports show after each cycle of so many CPU cycles: PORT/DDR by letter, and the byte that was sent, `u`."""
+    given = "".join(f"{line}\n" for line in lines)
+    command = [board, elf, mcu, "16000000", str(cycles)]
+    done = subprocess.run(command, input=given, capture_output=True, text=True, check=True, timeout=100)
+    return [dict(word.split("=") for word in line.split()) for line in done.stdout.splitlines()]
