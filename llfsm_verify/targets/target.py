@@ -10,11 +10,13 @@ from llfsm_verify.registry import Entry, Registry
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
+    from llfsm_verify.diagnostics import Source
 
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What a user wants of a target. `world`: a name of `Target.worlds`."""
+    """What a user wants of a target. `world`: a name of `Target.worlds`; `sources`: the texts of the arrangement, which
+    are in its recordings."""
 
     world: str
     optimize: Literal["size", "speed"] = "speed"
@@ -22,6 +24,7 @@ class Wanted:
     """The path of a table of pins; None: `pins.yaml` beside the arrangement."""
     mcu: str = "atmega328p"
     clock_hz: int = 16_000_000
+    sources: tuple[Source, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,6 +30,7 @@ import fcntl
 import json
 import mmap
 import os
+import re
 import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -58,6 +59,7 @@ HEAD = WORD + 4 + CHECK_BYTES
 OPEN, WHOLE = 0, 1
 KILLED, GOES_ON = "the process was killed", "the run goes on"
 MOST_HEADER = 1 << 26
+WORD_OF_BUILD = re.compile("[a-z0-9]{1,30}")
 MOST_WORDS = 1 << 20
 """Words of a frame: what a damaged header says beyond that is not believed."""
 
@@ -274,7 +276,12 @@ class Recording(Closing):
     def notes(self) -> tuple[str, ...]:
         """What is to be said before anything else."""
         old = "the recording is of format 1, which has no checksums: nothing tells whether a time in it was edited"
-        return () if self.has_checksums else (old,)
+        found = () if self.has_checksums else (old,)
+        build = self.header.get("build")
+        words = [build.get(key) for key in ("target", "for", "layout")] if isinstance(build, Mapping) else []
+        if not words or not all(isinstance(word, str) and WORD_OF_BUILD.fullmatch(word) for word in words):
+            return found
+        return *found, "a program of `llfsm build --target {} --for {}` wrote it, with layout {}".format(*words)
 
     def __iter__(self) -> Iterator[Turn]:
         self.damaged = self.lost = None

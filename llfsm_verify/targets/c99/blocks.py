@@ -37,7 +37,7 @@ from llfsm_verify.program.program import (
 from llfsm_verify.program.terms import fits
 from llfsm_verify.program.trees import branches, distinct_nodes, expressions
 from llfsm_verify.semantics.bits import common_bits
-from llfsm_verify.targets.c99.names import KEPT, Names, identifier
+from llfsm_verify.targets.c99.names import EVENTS, KEPT, Names, identifier
 from llfsm_verify.targets.c99.numbers import BITS, KINDS, PROMOTED, RAW, WIDE, Number, holds, kind_of, literal, written
 from llfsm_verify.targets.c99.reading import readable
 
@@ -430,6 +430,8 @@ class BlockText:
             if isinstance(statement, Emit):
                 told = self._told(statement, following)
                 self._lines += [told] if told else []
+                if statement.kind in self._names.counted:
+                    self._line(f"state->{EVENTS}[{self._names.counted.index(statement.kind)}]++;")
             else:
                 yield self._statement(statement, block)
 

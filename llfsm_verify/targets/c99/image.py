@@ -8,12 +8,13 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from dataclasses import field as with_default
 
+from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Span
-from llfsm_verify.program.program import Block, Int, Program, Slot, Type
+from llfsm_verify.program.program import Block, EventKind, Int, Program, Slot, Type
 from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.targets.c99.blocks import BlockText, comment, has_code
-from llfsm_verify.targets.c99.names import Field, Names, identifier
+from llfsm_verify.targets.c99.names import EVENTS, Field, Names, identifier
 from llfsm_verify.targets.c99.numbers import stored_as, written
 from llfsm_verify.targets.c99.texts import runtime, wrapped
 from llfsm_verify.values import Value, element_names, value_text
@@ -36,13 +37,15 @@ SMALL = 3
 @dataclass(frozen=True, slots=True)
 class Meaning:
     """What a program does not say of its arrangement: its outputs, their safe values, names of enumerations by their
-    values, where it came from, and where its names are declared."""
+    values, where it came from, where its names are declared, what its state counts, and all of it."""
 
     outputs: Collection[str] = ()
     safe: Mapping[str, Value] = with_default(default_factory=dict)
     enumerations: Mapping[tuple[str, ...], str] = with_default(default_factory=dict)
     source: str = ""
     places: Mapping[str, Span] = with_default(default_factory=dict)
+    counted: tuple[EventKind, ...] = ()
+    arrangement: Arrangement | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +66,8 @@ class Image:
             raise ValueError("an image has one process")
         self.program = program
         self.meaning = meaning or Meaning()
-        self.names = Names(program, self.meaning.outputs, self.meaning.enumerations, self.meaning.places)
+        given = self.meaning
+        self.names = Names(program, given.outputs, given.enumerations, given.places, given.counted)
         self.prefix = self.names.prefix
         self._functions: list[_Function] = []
 
@@ -146,6 +150,9 @@ class Image:
                 yield f"    {self.prefix}_outputs outputs;"
             else:
                 yield f"    struct {{\n{self._members(fields, 2)}\n    }} {group};"
+        if self.names.counted:
+            about = comment(f"how often each has happened: {', '.join(self.names.counted)}")
+            yield f"    uint64_t {EVENTS}[{len(self.names.counted)}]; {about}"
         yield f"    {self.prefix}_status status;\n}} {self.prefix}_state;\n"
 
     def _members(self, fields: Sequence[Field], depth: int) -> str:
@@ -165,7 +172,7 @@ class Image:
         """A number that is another one where a struct is."""
         fields = [f"{f.path} {f.type} {f.var.length} {f.var.type}" for f in self.names.fields.values()]
         inputs = [f"{self.names.inputs[c.name]} {stored_as(c.type)} {c.type}" for c in self.program.choices]
-        text = "\n".join([self.prefix, *fields, "", *inputs])
+        text = "\n".join([self.prefix, *fields, *self.names.counted, "", *inputs])
         return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "big")
 
     # ------------------------------------------------------------ the source
@@ -304,6 +311,7 @@ class Image:
         for field in self.names.fields.values():
             first = 1 if field.var.name == self.program.cycle else field.var.init
             lines += _filled(f"state->{field.path}", field, first, self.names)
+        lines += [f"state->{EVENTS}[{i}] = 0;" for i in range(len(self.names.counted))]
         lines.append(f"state->status = {self.prefix}_{OK};")
         return self._public(f"void {self.prefix}_init({self.prefix}_state *state)", lines)
 

@@ -6,12 +6,12 @@ A name that C or C++ keeps for itself, or that headers of controllers may have a
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
-from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Choice, Int, Program, Type, Var
+from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Choice, EventKind, Int, Program, Type, Var
 from llfsm_verify.targets import SAME_NAME
 from llfsm_verify.targets.c99.numbers import WIDE, Number, stored_as
 
@@ -25,12 +25,15 @@ _WORDS = """
 """
 KEPT = frozenset(_WORDS.split())
 """Words of C and C++, and macros of their headers."""
-SPECIAL = ("outputs", "whiteboard", "control", "status", "before")
+EVENTS = "events"
+"""Of a state: how often what is counted has happened."""
+SPECIAL = ("outputs", "whiteboard", "control", "status", "before", EVENTS)
 """Groups of variables and other fields; a machine of such a name gets an underscore."""
 
 OWN = (
     "inputs", "outputs", "state", "status", "init", "step", "cycle", "safe", "first", "layout", "LAYOUT", "PERIOD_NS",
-    "H", "OK", "ENDED", "OVERFLOW", "BAD_INPUT", "CORRUPT",
+    "H", "OK", "ENDED", "OVERFLOW", "BAD_INPUT", "CORRUPT", "LOOP_H", "calls", "options", "report", "ending", "run",
+    "percentile", "END_RUNNING", "END_FINISHED", "END_STOPPED", "END_FAULT", "END_OVERFLOW", "END_LATE", "END_CORRUPT",
 )  # fmt: skip
 """What the header declares for every arrangement, after the name of this one."""
 
@@ -72,7 +75,8 @@ def _value(text: str, kind: Type, stored: str) -> Number:
 
 class Names:
     """Of one program. `outputs`: the variables that are outputs of the arrangement; `enumerations`: names by values;
-    `places`: where variables of the whiteboard, machines and enumerations are declared.
+    `places`: where variables of the whiteboard, machines and enumerations are declared; `counted`: what the state
+    counts.
 
     DiagnosticError (E504): two names would be one.
     """
@@ -83,8 +87,10 @@ class Names:
         outputs: Collection[str] = (),
         enumerations: Mapping[tuple[str, ...], str] | None = None,
         places: Mapping[str, Span] | None = None,
+        counted: Sequence[EventKind] = (),
     ) -> None:
         self.program = program
+        self.counted = counted
         self.prefix = identifier(program.name)
         self._enumerations = enumerations or {}
         self._places = places or {}

@@ -1,12 +1,11 @@
-/* Lines of JSON in, lines of JSON out, and a cycle whenever one is due. */
+/* Lines of JSON in, lines of JSON out. */
 #define LINE 4096
 
 static volatile sig_atomic_t stopping = 0;
 
 static void stop(int signal)
 {
-    (void)signal;
-    stopping = 1;
+    stopping = signal;
 }
 
 static bool less(number a, number b)
@@ -178,21 +177,34 @@ static void write_value(const kind *of, number value)
     }
 }
 
-static void write_line(const NAME_state *state, uint64_t cycle, const char *end)
+static void write_text(const char *text)
+{
+    putchar('"');
+    for (; *text != '\0'; text++) {
+        if (*text == '"' || *text == '\\') {
+            printf("\\%c", *text);
+        } else if (*text > 0 && *text < ' ') {
+            printf("\\u%04x", (unsigned)*text);
+        } else {
+            putchar(*text);
+        }
+    }
+    putchar('"');
+}
+
+static void write_line(const NAME_outputs *outputs, uint64_t cycle, const char *end)
 {
     size_t i;
     printf("{\"cycle\": %" PRIu64, cycle);
     for (i = 0; i < outputs_count; i++) {
         printf(", \"%s\": ", outputs_of[i].name);
-        write_value(&outputs_of[i], got(state, i));
+        write_value(&outputs_of[i], got(outputs, i));
     }
     if (end != NULL) {
-        printf(", \"end\": \"%s\"", end);
+        printf(", \"end\": ");
+        write_text(end);
     }
     printf("}\n");
-    if (fflush(stdout) != 0) {
-        stopping = 1; /* nobody reads on */
-    }
 }
 
 typedef struct {
@@ -252,109 +264,118 @@ static bool take(reader *from, NAME_inputs *inputs, bool wait)
     return taken;
 }
 
-static int64_t now(void)
+typedef struct {
+    reader from;
+    NAME_outputs shown;
+    bool lines;
+} program;
+
+static bool take_inputs(void *context, NAME_inputs *inputs)
 {
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (int64_t)time.tv_sec * INT64_C(1000000000) + (int64_t)time.tv_nsec;
+    program *p = context;
+    return take(&p->from, inputs, p->lines) || !p->lines;
 }
 
-/* Sleep until then, or until a signal. */
-static void sleep_until(int64_t due)
+static bool show_outputs(void *context, const NAME_outputs *outputs, const NAME_report *report)
 {
-    struct timespec time;
-    time.tv_sec = (time_t)(due / INT64_C(1000000000));
-    time.tv_nsec = (long)(due % INT64_C(1000000000));
-    while (!stopping && clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &time, NULL) == EINTR) {
+    program *p = context;
+    const bool over = report->ending != NAME_END_RUNNING;
+    if (!over && !p->lines && report->cycles > 1 && !differ(outputs, &p->shown)) {
+        return true;
+    }
+    write_line(outputs, report->cycles, over ? report->why : NULL);
+    p->shown = *outputs;
+    return fflush(stdout) == 0; /* else nobody reads on */
+}
+
+static void show_report(const NAME_report *report, const NAME_options *options)
+{
+    if (!options->at_once) {
+        fprintf(stderr, "{\"cycles\": %" PRIu64 ", \"ringlets\": %" PRIu64 ", \"late_ns\": {", report->cycles,
+            report->ringlets);
+        fprintf(stderr, "\"50 %%\": %" PRId64 ", \"99 %%\": %" PRId64 ", \"99.9 %%\": %" PRId64 ", \"worst\": %" PRId64
+            "}, \"overruns\": %" PRIu64 ", \"moved_ns\": %" PRId64 "}\n", NAME_percentile(report, 500),
+            NAME_percentile(report, 990), NAME_percentile(report, 999), report->worst, report->overruns,
+            report->moved);
+    }
+    if (report->unrecorded != 0) {
+        fprintf(stderr, "%s: the recording ended before the run, after %" PRIu64 " frames: %s\n", options->record,
+            report->frames, strerror(report->unrecorded));
+    } else if (options->record != NULL) {
+        fprintf(stderr, "recorded: %s (%" PRIu64 " frames)\n", options->record, report->frames);
     }
 }
 
 static int usage(void)
 {
-    fprintf(stderr, "usage: NAME [--lines] [--strict]\n"
+    fprintf(stderr, "usage: NAME [--lines] [--strict] [--cycles N] [--record FILE]\n"
                     "--lines: a cycle for each line of standard input, without waiting\n"
-                    "--strict: end where a cycle is late by a period\n");
+                    "--strict: end where a cycle is late by a period\n"
+                    "--cycles N: end after so many\n"
+                    "--record FILE: write what happens to a new file, for llfsm replay and llfsm check-recording\n");
     return 2;
+}
+
+/* A number of cycles; 0: it is none. */
+static uint64_t count_of(const char *word)
+{
+    uint64_t found = 0;
+    for (; *word >= '0' && *word <= '9'; word++) {
+        if (!shifted(&found, (unsigned)(*word - '0'))) {
+            return 0;
+        }
+    }
+    return *word == '\0' ? found : 0;
 }
 
 int main(int count, char **words)
 {
-    const int64_t period = (int64_t)NAME_PERIOD_NS;
-    static reader from;
-    static NAME_state state;
-    static NAME_state shown;
-    NAME_inputs inputs;
-    NAME_status status = NAME_OK;
+    static program context;
+    static NAME_report report;
+    NAME_calls calls;
+    NAME_options options;
     struct sigaction action;
-    bool lines = false;
-    bool strict = false;
-    const char *end = NULL;
-    uint64_t cycle = 0;
-    int64_t due;
+    int error;
     int i;
+    memset(&options, 0, sizeof options);
+    options.stop = &stopping;
     for (i = 1; i < count; i++) {
+        const bool more = i + 1 < count;
         if (strcmp(words[i], "--lines") == 0) {
-            lines = true;
+            options.at_once = true;
         } else if (strcmp(words[i], "--strict") == 0) {
-            strict = true;
+            options.strict = true;
+        } else if (more && strcmp(words[i], "--record") == 0) {
+            options.record = words[++i];
+        } else if (more && strcmp(words[i], "--cycles") == 0 && count_of(words[i + 1]) != 0) {
+            options.cycles = count_of(words[++i]);
         } else {
             return usage();
         }
     }
-    if (NAME_layout() != NAME_LAYOUT) {
-        fprintf(stderr, "NAME.c and NAME_main.c are of different builds\n");
-        return 3;
-    }
+    context.lines = options.at_once;
+    calls.context = &context;
+    calls.read = take_inputs;
+    calls.write = show_outputs;
+    calls.fault = NULL;
     memset(&action, 0, sizeof action);
     action.sa_handler = stop;
     sigaction(SIGTERM, &action, NULL);
     sigaction(SIGINT, &action, NULL);
+    sigaction(SIGHUP, &action, NULL);
     action.sa_handler = SIG_IGN;
     sigaction(SIGPIPE, &action, NULL);
-    NAME_init(&state);
-    NAME_first(&inputs);
-    due = now();
-    while (!stopping) {
-        if (lines) {
-            if (!take(&from, &inputs, true)) {
-                break;
-            }
-        } else {
-            int64_t late;
-            sleep_until(due);
-            late = now() - due;
-            if (late >= period) {
-                if (strict) {
-                    end = "late";
-                    break;
-                }
-                due += late;
-            }
-            due += period;
-            take(&from, &inputs, false);
-        }
-        if (stopping) {
-            break;
-        }
-        status = NAME_cycle(&state, &inputs);
-        clear_commands(&inputs);
-        if (status != NAME_OK) {
-            break;
-        }
-        cycle++;
-        if (lines || cycle == 1 || differ(&state, &shown)) {
-            write_line(&state, cycle, NULL);
-            shown = state;
-        }
+    sigaction(SIGXFSZ, &action, NULL); /* a recording may reach the largest size of files */
+    error = NAME_run(&calls, &options, &report);
+    if (error == -1) {
+        fprintf(stderr, "NAME.c and NAME_loop.c are of different builds\n");
+        return 3;
     }
-    if (status == NAME_ENDED) {
-        write_line(&state, cycle, "finished");
-        return 0;
+    if (error != 0) {
+        fprintf(stderr, "%s: %s\n", options.record != NULL ? options.record : "NAME",
+            error == EEXIST ? "a file is there already; name a new one" : strerror(error));
+        return 3;
     }
-    NAME_safe(&state);
-    if (status != NAME_OK) {
-        end = status > 0 ? faults[status - 1] : status == NAME_OVERFLOW ? "an int leaves 64 bits" : "corrupt";
-    }
-    write_line(&state, cycle, end != NULL ? end : "stopped");
-    return end != NULL ? 1 : 0;
+    show_report(&report, &options);
+    return report.unrecorded != 0 || report.ending > NAME_END_STOPPED ? 1 : 0;
 }

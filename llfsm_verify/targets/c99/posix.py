@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from importlib import resources
 
 from llfsm_verify.program.program import Int, Type
-from llfsm_verify.semantics.operators import OPERATOR
+from llfsm_verify.runtime.recording.origin import header_of
 from llfsm_verify.targets.c99.blocks import comment
 from llfsm_verify.targets.c99.image import MARK, Image
+from llfsm_verify.targets.c99.loop import loop_files, quoted
 from llfsm_verify.targets.c99.numbers import stored_as
 from llfsm_verify.targets.target import Made, Wanted
 from llfsm_verify.values import element_names
 
 _HEAD = """\
 #define _POSIX_C_SOURCE 200809L
-#include "NAME.h"
+#include "NAME_loop.h"
 
 #include <errno.h>
 #include <inttypes.h>
 #include <poll.h>
-#include <signal.h>
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 typedef struct {
@@ -44,11 +42,52 @@ typedef struct {
 """
 
 
-def posix(image: Image, _wanted: Wanted, /) -> Made:
+_README = """\
+    make            # the program `NAME` and the library `libNAME.so`
+    make lib        # the library alone
+
+A cycle takes PERIOD ms. One that begins late by a cycle or more moves all later ones, so that none is made up for in a
+burst.
+
+## The program
+
+    ./NAME
+
+Its standard input takes values of inputs, such as `{"NAME": VALUE}`, one object a line; they hold until the next. It
+prints an object where outputs have changed. On SIGTERM, SIGINT and SIGHUP, and after a fault, outputs get their safe
+values, which are printed with the reason. Standard error then says how late cycles began, in nanoseconds.
+
+    ./NAME --strict             # a cycle that is late by a whole one ends it, with safe values; exit code 1
+    ./NAME --cycles 6000        # end after so many
+    ./NAME --lines              # a cycle for each line that it reads, without waiting
+    ./NAME --record monday      # what happens, in a new file; it is complete up to the last cycle, also after a kill
+
+Where the recording is, with the arrangement that it was made of in it:
+
+    llfsm replay monday                         # the same, bit for bit, by the executor
+    llfsm check-recording monday -p 'FORMULA'   # properties, decided on it
+    llfsm trace monday --to csv                 # a row for each frame; --to vcd, svg and others
+
+Exit codes: 0 finished or stopped, 1 a fault, a late cycle (`--strict`) or a recording that ended before the run, 2
+wrong usage, 3 a recording that cannot be begun.
+
+## The library
+
+`NAME_loop.h` says what `NAME_run` calls: `read` before a cycle, `write` after it, `fault`.
+
+    cc -std=c99 yours.c NAME.c NAME_loop.c -o yours
+    cc -std=c99 yours.c -L. -lNAME -Wl,-rpath,. -o yours
+"""
+
+
+def posix(image: Image, wanted: Wanted, /) -> Made:
     """See `World`."""
     p = image.prefix
-    made = {f"{p}_main.c": program(image), "README.md": readme(image)}
-    return Made(made, (f"Compile it: cc -std=c99 -O2 {p}.c {p}_main.c -o {p}",))
+    source = image.meaning.arrangement
+    header = {} if source is None else header_of(wanted.sources, source, simulated=False, seed=None, free={})
+    files = loop_files(image, header)
+    made = {**files, f"{p}_main.c": program(image), "Makefile": makefile(image), "README.md": readme(image)}
+    return Made(made, ("Compile it with make; README.md says how to run it.",))
 
 
 def program(image: Image) -> str:
@@ -58,18 +97,35 @@ def program(image: Image) -> str:
     return "\n".join([comment(f"{image.program.name}. {MARK}"), head, *_tables(image), body])
 
 
+def makefile(image: Image) -> str:
+    """What compiles the program and the library."""
+    p = image.prefix
+    program = f"{p}_program" if p in ("all", "lib", "clean") else p
+    both = f"{p}.c {p}_loop.c"
+    return f"""# {image.program.name}. {MARK}
+CFLAGS = -O2
+STRICT = -std=c99 -Wall -Wextra -Wpedantic -Wconversion
+
+.PHONY: all lib clean
+all: {program} lib
+lib: lib{p}.so
+
+{program}: {both} {p}_main.c {p}.h {p}_loop.h
+\t$(CC) $(STRICT) $(CFLAGS) {both} {p}_main.c -o $@
+
+lib{p}.so: {both} {p}.h {p}_loop.h
+\t$(CC) $(STRICT) $(CFLAGS) -fPIC -shared {both} -o $@
+
+clean:
+\trm -f {program} lib{p}.so
+"""
+
+
 def readme(image: Image) -> str:
     """How to compile and to use it."""
     p = image.prefix
-    return f"""# {image.program.name}. {MARK}
-
-    cc -std=c99 -O2 {p}.c {p}_main.c -o {p}
-
-`./{p}` runs a cycle in each period. Its standard input takes values of inputs, such as `{{"NAME": VALUE}}`, one object
-a line; they hold until the next. It prints an object where outputs have changed. On SIGTERM and SIGINT, after a fault,
-and with `--strict` where a cycle is late by a period, outputs get their safe values, which are printed with the reason.
-`./{p} --lines` runs a cycle for each line that it reads, and prints each.
-"""
+    period = f"{float(image.program.period or 0):g}"
+    return f"# {image.program.name}. {MARK}\n\n" + _README.replace("NAME", p).replace("PERIOD", period)
 
 
 def _tables(image: Image) -> Iterator[str]:
@@ -79,32 +135,26 @@ def _tables(image: Image) -> Iterator[str]:
     labelled = {c.labels for c in choices if c.labels} | {f.var.origin.labels for _, f, _ in outputs}
     numbered = {labels: f"labels_{i}" for i, labels in enumerate(sorted(labelled - {()}))}
     for labels, name in numbered.items():
-        yield f"static const char *const {name}[] = {{{', '.join(map(json.dumps, labels))}}};"
+        yield f"static const char *const {name}[] = {{{', '.join(map(quoted, labels))}}};"
     inputs = [_kind(c.name, c.type, c.labels, numbered) for c in choices]
     yield from _described("inputs", inputs)
     found = [_kind(element, f.var.type, f.var.origin.labels, numbered) for element, f, _ in outputs]
     yield from _described("outputs", found)
-    told = [f"{'' if s.span is None else f'{s.span}: '}{s.code} {s.message}" for s in image.program.faults]
-    quoted = [json.dumps(json.dumps(text)[1:-1]) for text in told]
-    yield f"static const char *const faults[] = {{\n{_rows(quoted or ['NULL'])}\n}};\n"
     p = image.prefix
     yield f"static void put({p}_inputs *inputs, size_t which, number value)\n{{\n    switch (which) {{"
     for number, choice in enumerate(choices):
         yield _case(number, f"inputs->{names.inputs[choice.name]} = {_from_number(choice.type)};")
     yield "    default:\n        (void)inputs;\n        (void)value;\n        break;\n    }\n}\n"
-    commands = [names.inputs[c.name] for c in choices if c.name.startswith(OPERATOR) and c.type.boolean]
-    cleared = [f"    inputs->{name} = false;" for name in commands] or ["    (void)inputs;"]
-    yield "\n".join([f"static void clear_commands({p}_inputs *inputs)\n{{", *cleared, "}\n"])
-    yield f"static number got(const {p}_state *state, size_t which)\n{{"
+    yield f"static number got(const {p}_outputs *outputs, size_t which)\n{{"
     yield "    number found = {false, 0};\n    switch (which) {"
     for number, (_, field, at) in enumerate(outputs):
-        path = f"state->{field.path}" + ("" if field.var.length is None else f"[{at}]")
+        path = f"outputs->{field.name}" + ("" if field.var.length is None else f"[{at}]")
         signed = not isinstance(field.var.type, Int) or field.var.type.low < 0
         lines = [f"found.negative = {path} < 0;"] if signed else []
         size = f"found.negative ? (uint64_t)(-({path} + 1)) + 1u : (uint64_t){path}" if signed else f"(uint64_t){path}"
         yield _case(number, *lines, f"found.size = {size};")
-    yield "    default:\n        (void)state;\n        break;\n    }\n    return found;\n}\n"
-    yield f"static bool differ(const {p}_state *a, const {p}_state *b)\n{{\n    size_t i;"
+    yield "    default:\n        (void)outputs;\n        break;\n    }\n    return found;\n}\n"
+    yield f"static bool differ(const {p}_outputs *a, const {p}_outputs *b)\n{{\n    size_t i;"
     yield "    for (i = 0; i < outputs_count; i++) {\n        number x = got(a, i);\n        number y = got(b, i);"
     yield "        if (x.size != y.size || x.negative != y.negative) {\n            return true;\n        }\n    }"
     yield "    return false;\n}\n"
@@ -125,7 +175,7 @@ def _kind(name: str, kind: Type, labels: tuple[str, ...], numbered: dict[tuple[s
     low, high = (f"{{{'true' if n < 0 else 'false'}, UINT64_C({abs(n)})}}" for n in bounds)
     digits, truth = (kind.digits, kind.boolean) if isinstance(kind, Int) else (0, False)
     named = f"{numbered[labels]}, {len(labels)}" if labels else "NULL, 0"
-    return f"{{{json.dumps(name)}, {digits}, {'true' if truth else 'false'}, {named}, {low}, {high}}}"
+    return f"{{{quoted(name)}, {digits}, {'true' if truth else 'false'}, {named}, {low}, {high}}}"
 
 
 def _case(number: int, *lines: str) -> str:

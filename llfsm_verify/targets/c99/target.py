@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.program.program import EventKind
+from llfsm_verify.runtime.live.frame import COUNTED
 from llfsm_verify.runtime.live.plan import safe_values
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.storage import leaves
 from llfsm_verify.targets.c99.image import MARK, Image, Meaning
-from llfsm_verify.targets.c99.worlds import WORLDS
+from llfsm_verify.targets.c99.worlds import RECORDING, WORLDS
 from llfsm_verify.targets.target import Made, Wanted
 
 
@@ -19,7 +21,7 @@ class _C99:
 
     def make(self, arrangement: Arrangement, wanted: Wanted) -> Made:
         """See `Target`."""
-        image = image_for(arrangement)
+        image = image_for(arrangement, COUNTED if wanted.world in RECORDING else ())
         source = image.source()
         made = WORLDS.load(wanted.world)(image, wanted)
         return Made({f"{image.prefix}.h": image.header(), f"{image.prefix}.c": source, **made.files}, made.notes)
@@ -28,7 +30,7 @@ class _C99:
 C99 = _C99()
 
 
-def image_for(arrangement: Arrangement) -> Image:
+def image_for(arrangement: Arrangement, counted: tuple[EventKind, ...] = ()) -> Image:
     """The image of an arrangement (`images.image_of`). DiagnosticError (E504): see `Names`."""
     outputs = [
         entry.variable.name + leaf.suffix
@@ -40,5 +42,5 @@ def image_for(arrangement: Arrangement) -> Image:
     places = {entry.variable.name: entry.variable.span for entry in arrangement.whiteboard}
     places |= {found.name: found.span for found in arrangement.declared_types}
     places |= {machine.name: machine.span for machine in arrangement.machines}
-    meaning = Meaning(outputs, safe_values(arrangement), enumerations, arrangement.path, places)
+    meaning = Meaning(outputs, safe_values(arrangement), enumerations, arrangement.path, places, counted, arrangement)
     return Image(lower(arrangement, keep_all_bits=True), meaning)

@@ -23,10 +23,12 @@ WORLDS: Registry[World] = Registry(
     "world",
     [
         Entry("none", "llfsm_verify.targets.c99.worlds:caller", "for a caller of yours"),
-        Entry("posix", "llfsm_verify.targets.c99.posix:posix", "a program"),
+        Entry("posix", "llfsm_verify.targets.c99.posix:posix", "a program and a library that write recordings"),
         Entry("avr", "llfsm_verify.targets.c99.avr.world:avr", "a program for a microcontroller, with its pins"),
     ],
 )
+RECORDING = frozenset({"posix"})
+"""The worlds whose images count what frames of a recording count."""
 
 
 def caller(image: Image, _wanted: Wanted, /) -> Made:

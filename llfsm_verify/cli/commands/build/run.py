@@ -9,7 +9,7 @@ from pathlib import Path
 
 from llfsm_verify.cli.commands.build.arguments import PLAIN
 from llfsm_verify.cli.io.output import Output, tell
-from llfsm_verify.cli.opening import open_arrangement
+from llfsm_verify.cli.opening import open_draft
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing, special_kind
@@ -35,8 +35,10 @@ def run(options: Namespace) -> int:
     ]
     if of_avr:
         raise UsageError(f"{of_avr[0]} is for --for avr, not {options.world}")
-    wanted = Wanted(options.world, pins=options.pins, mcu=options.mcu, clock_hz=options.clock_hz)
-    given = open_arrangement(options.arrangement)
+    draft, given = open_draft(options.arrangement)
+    wanted = Wanted(
+        options.world, pins=options.pins, mcu=options.mcu, clock_hz=options.clock_hz, sources=draft.sources
+    )
     made = target.make(image_of(given, options.cycle_ms), wanted)
     if given.environment is not None:
         tell("note: the model of the surroundings is left out: the inputs that it wrote come from the world")

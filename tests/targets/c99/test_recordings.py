@@ -1,0 +1,263 @@
+"""Recordings of programs in C: those of `llfsm run`, but for the times in them."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import re
+import resource
+import signal
+import subprocess
+from collections import Counter
+from pathlib import Path
+from random import Random
+
+import pytest
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+
+from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.backends.native.layout import Layout
+from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.program.program import Program
+from llfsm_verify.runtime.deciding.recordings import check
+from llfsm_verify.runtime.live.frame import FrameLayout
+from llfsm_verify.runtime.recording.file import Recording
+from llfsm_verify.runtime.recording.origin import arrangement_of
+from llfsm_verify.runtime.recording.repeating import Repeated, replay_recording
+from llfsm_verify.runtime.recording.replay import CLOCKED
+from llfsm_verify.targets.c99.target import image_for
+from llfsm_verify.targets.images import image_of
+from llfsm_verify.testing.arrangements import Document, arrangements
+from tests.quick import each, many, spread
+from tests.targets.c99.compiled import needs_gcc
+from tests.targets.c99.posix_programs import Cycle, compiled, drawn, lines_of, recorded_by_a_run, written
+from tests.targets.c99.test_arrangements import adapted
+
+pytestmark = [needs_gcc, pytest.mark.slow]
+EVERYTHING = "tests/targets/c99/everything.yaml"
+LIFT = "models/lift/arrangement.yaml"
+SAFE = ("-fsanitize=undefined", "-fno-sanitize-recover=all")
+KINDS = ("stopped", "fault", "ended", "events", "fired", "choices")
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """The sources and the program of each of two arrangements."""
+    found = {}
+    for path in (EVERYTHING, LIFT):
+        folder = tmp_path_factory.mktemp("made")
+        written(path, folder)
+        compiled(folder, *SAFE)
+        found[path] = folder
+    return found
+
+
+def program_of(path: str) -> Program:
+    return image_for(image_of(load_arrangement(path))).program
+
+
+def run(program: Path, recording: Path, lines: list[str], *words: str) -> subprocess.CompletedProcess[str]:
+    """Let it run a cycle a line, and record that."""
+    given = "".join(f"{line}\n" for line in lines)
+    command = [str(program), "--lines", "--record", str(recording), *words]
+    return subprocess.run(command, input=given, capture_output=True, text=True, check=False, timeout=60)
+
+
+def replayed(path: Path, instead: str | None = None) -> Repeated:
+    return replay_recording(path, instead, load_arrangement)
+
+
+def frames(path: Path) -> list[list[int]]:
+    """The frames of a recording, without times."""
+    with Recording(path) as recording:
+        found = [[w for i, w in enumerate(turn.frame) if i not in CLOCKED] for turn in recording]
+        assert (recording.damaged, recording.lost) == (None, None)
+    return found
+
+
+def compare(path: str, built: Path, cycles: list[Cycle], tally: Counter[str], folder: Path) -> None:
+    """A recording of a program and one of `llfsm run`, with the same inputs."""
+    program, mine, other = program_of(path), folder / "mine", folder / "other"
+    for old in (mine, other):
+        old.unlink(missing_ok=True)
+    done = run(built, mine, lines_of(program, cycles))
+    again = replayed(mine)
+    assert again.same, again.sentence
+    assert recorded_by_a_run(path, cycles, other) == again.ending
+    assert frames(mine) == frames(other)
+    assert f"({again.frames} frames)" in done.stderr
+    tally[again.ending] += 1
+    with Recording(mine) as recording, Recording(other) as wanted:
+        assert {**recording.header, "build": 0} == {**wanted.header, "build": 0}
+        last = list(recording)[-1].frame
+    layout = FrameLayout.of(program, Layout.of(program))
+    for kind, begin, end in (("fired", layout.fired, layout.choices), ("choices", layout.choices, layout.events),
+                             ("events", layout.events, layout.monitors)):  # fmt: skip
+        tally[kind] += any(last[begin:end])
+
+
+@pytest.mark.long
+def test_random_arrangements_record_what_a_run_records(tmp_path: Path) -> None:
+    tally = Counter[str]()
+
+    def one(document: Document, seed: int) -> None:
+        path = tmp_path / "a.yaml"
+        path.write_text(json.dumps(adapted(document, unloads=seed % 2 == 0)))
+        try:
+            arrangement = image_of(load_arrangement(str(path)))
+        except DiagnosticError:
+            return
+        for old in tmp_path.glob("*.[ch]"):
+            old.unlink()
+        written(str(path), tmp_path)
+        cycles = drawn(image_for(arrangement).program, Random(seed), 60)
+        compare(str(path), compiled(tmp_path, "-O0", *SAFE), cycles, tally, tmp_path)
+
+    amount = settings(max_examples=many(600), deadline=None, database=None, suppress_health_check=list(HealthCheck))
+    spread(one, amount, arrangements(), st.integers(0, 1 << 16), size=5, until=each(tally, KINDS))
+
+
+@pytest.mark.parametrize("path", [EVERYTHING, LIFT])
+def test_it_records_what_a_run_records(path: str, folders: dict[str, Path], tmp_path: Path) -> None:
+    tally = Counter[str]()
+    program = program_of(path)
+    for seed in range(6):
+        compare(path, folders[path] / "program", drawn(program, Random(seed), 150), tally, tmp_path)
+    assert tally["fired"] and (path == LIFT or (tally["events"] and tally["fault"])), tally
+
+
+def test_properties_are_decided_as_on_a_recording_of_a_run(folders: dict[str, Path], tmp_path: Path) -> None:
+    program, mine, other = program_of(LIFT), tmp_path / "mine", tmp_path / "other"
+    cycles = drawn(program, Random(3), 200)
+    run(folders[LIFT] / "program", mine, lines_of(program, cycles))
+    recorded_by_a_run(LIFT, cycles, other)
+    text = "moves: G (motor != STOP -> shut)\nopens: F open\nrests: G motor == STOP\nfar: G F open\n"
+    properties = parse_properties([Source("p.ltl", text)], "llfsm")
+    decided = []
+    for path in (mine, other):
+        with Recording(path) as recording:
+            decided.append(check(arrangement_of(recording, load_arrangement), properties, recording))
+    assert decided[0] == decided[1]
+    assert {one.verdict for one in decided[0]} == {"violated", "satisfied", "undecided"}
+
+
+def test_it_says_which_build_wrote_it(folders: dict[str, Path], tmp_path: Path) -> None:
+    run(folders[LIFT] / "program", tmp_path / "r", ["{}"])
+    header = (folders[LIFT] / "lift.h").read_text()
+    layout = re.search(r"LAYOUT UINT32_C\((0x\w+)\)", header)
+    assert layout is not None
+    with Recording(tmp_path / "r") as recording:
+        assert recording.notes == (
+            f"a program of `llfsm build --target c --for posix` wrote it, with layout {layout[1]}",
+        )
+
+
+def test_mistakes_are_told(folders: dict[str, Path], tmp_path: Path) -> None:
+    path = tmp_path / "r"
+    run(folders[LIFT] / "program", path, ['{"call[1]": true}', '{"level": false}', "{}", "{}"])
+    data = path.read_bytes()
+    assert replayed(path).sentence == "6 frames, the same bit for bit, and then stopped"
+
+    for at in range(len(data) - 60, len(data), 7):
+        path.write_bytes(data[:at] + bytes([data[at] ^ 4]) + data[at + 1 :])
+        assert replayed(path).damaged is not None
+    path.write_bytes(data[:-9])
+    assert replayed(path).damaged == "the end of the file is missing"
+    path.write_bytes(data.replace(b'"layout"', b'"layoux"'))
+    with pytest.raises(DiagnosticError, match="its header was changed"):
+        replayed(path)
+    path.write_bytes(data)
+    assert "differs" in replayed(path, "models/lift/faulty_hurry.yaml").sentence
+
+
+def test_another_image_is_found(folders: dict[str, Path], tmp_path: Path) -> None:
+    """Each assignment to an output that becomes another one."""
+    source = (folders[LIFT] / "lift.c").read_text()
+    body = source[: source.index("void lift_init(")]
+    program, found = program_of(LIFT), Counter[str]()
+    lines = lines_of(program, drawn(program, Random(8), 300))
+    for number, place in enumerate(re.finditer(r"outputs\.(\w+) = (\w+);", body)):
+        other = {"true": "false", "false": "true"}.get(place[2], "(uint8_t)0")
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        for name in ("lift.h", "lift_loop.h", "lift_loop.c", "lift_main.c"):
+            (folder / name).write_text((folders[LIFT] / name).read_text())
+        (folder / "lift.c").write_text(source[: place.start(2)] + other + source[place.end(2) :])
+        run(compiled(folder, "-O0"), folder / "r", lines)
+        found["differs" if replayed(folder / "r").differs else place[0]] += 1
+    assert found["differs"] > 3 and set(found) <= {"differs"} | {t for t in found if t.endswith("STOP;")}, found
+
+
+def test_a_file_that_is_there_stays_as_it_is(folders: dict[str, Path], tmp_path: Path) -> None:
+    path = tmp_path / "r"
+    path.write_text("mine")
+    done = run(folders[LIFT] / "program", path, ["{}"])
+    assert (done.returncode, done.stdout) == (3, "")
+    assert done.stderr == f"{path}: a file is there already; name a new one\n"
+    assert path.read_text() == "mine"
+    done = run(folders[LIFT] / "program", tmp_path / "none" / "r", ["{}"])
+    assert (done.returncode, done.stderr) == (3, f"{tmp_path}/none/r: No such file or directory\n")
+    assert run(folders[LIFT] / "program", tmp_path / "s", [], "--record").returncode == 2
+    assert not (tmp_path / "s").exists()
+
+
+def test_a_program_that_is_killed_leaves_its_complete_cycles(folders: dict[str, Path], tmp_path: Path) -> None:
+    path = tmp_path / "r"
+    command = [str(folders[LIFT] / "program"), "--lines", "--record", str(path)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdin is not None and process.stdout is not None
+        for _ in range(20):
+            process.stdin.write('{"call[2]": true}\n')
+            process.stdin.flush()
+            process.stdout.readline()
+        assert replayed(path).lost == "the run goes on"
+        process.kill()
+    again = replayed(path)
+    assert again.same and again.frames in (20, 21)
+    assert again.sentence.endswith("and then nothing: the process was killed")
+
+
+def test_a_full_disk_ends_the_recording_and_not_the_run(tmp_path: Path) -> None:
+    """The largest size of a file stands for the disk."""
+    sources = tmp_path / "sources"
+    sources.mkdir()
+    written(LIFT, sources)
+    text = (sources / "lift_loop.c").read_text()
+    (sources / "lift_loop.c").write_text(text.replace("UINT64_C(1048576)", "UINT64_C(65536)"))
+    program, path = compiled(sources), tmp_path / "r"
+    size = 3 * 65536 + 100
+
+    def limited() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    lines = "".join(f'{{"call[{i % 3}]": true}}\n' for i in range(15_000))
+    command = [str(program), "--lines", "--record", str(path)]
+    done = subprocess.run(
+        command, input=lines, capture_output=True, text=True, check=False, timeout=60, preexec_fn=limited
+    )
+    assert done.returncode == 1
+    again = replayed(path)
+    assert again.same and again.lost == f"the file could not grow ({os.strerror(errno.EFBIG)})"
+    assert f"the recording ended before the run, after {again.frames} frames: {os.strerror(errno.EFBIG)}" in done.stderr
+    assert json.loads(done.stdout.splitlines()[-1])["cycle"] == 15_000 > again.frames > 5_000
+
+
+def test_a_signal_ends_it_with_a_last_frame(folders: dict[str, Path], tmp_path: Path) -> None:
+    path = tmp_path / "r"
+    command = [str(folders[EVERYTHING] / "program"), "--record", str(path)]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None and process.stderr is not None
+        process.stdout.readline()
+        process.send_signal(signal.SIGTERM)
+        said = process.stderr.read().splitlines()
+    again = replayed(path)
+    assert again.same and again.ending == "stopped"
+    report = json.loads(said[0])
+    assert report["cycles"] == again.frames - 2 and report["ringlets"] >= report["cycles"]
+    assert 0 <= report["late_ns"]["50 %"] <= report["late_ns"]["99.9 %"] <= report["late_ns"]["worst"]
+    assert said[1] == f"recorded: {path} ({again.frames} frames)"
