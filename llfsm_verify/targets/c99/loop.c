@@ -2,7 +2,6 @@
    program that is killed has completed stays readable. Space is reserved before it is needed: a full disk is noticed
    there, the file says so, and the run goes on. */
 #define HEAD 16
-#define BLOCK UINT64_C(65536)
 #define ROOM UINT64_C(1048576)
 #define WHOLE 1
 #define NAP INT64_C(50000000)
@@ -73,7 +72,7 @@ static int write_at(int file, const void *bytes, size_t size, uint64_t at)
     return 0;
 }
 
-/* Room for an entry, so that the file ends with a whole block while it is written. */
+/* Room for an entry; while the file is written it ends with a whole page of any size. */
 static int reserve(loop *l)
 {
     const uint64_t wanted = BEGIN + l->used + LARGEST;

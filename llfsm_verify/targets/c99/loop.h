@@ -47,7 +47,7 @@ typedef struct {
 } NAME_calls;
 
 typedef struct {
-    const char *record; /* a file that is not there yet, for what happens; NULL: none */
+    const char *record; /* a file that is not there yet, for what happens; NULL: none. Ignore SIGXFSZ beside it. */
     const volatile sig_atomic_t *stop; /* the run ends when it is not 0; NULL: never */
     uint64_t cycles; /* end after so many; 0: never */
     bool at_once; /* cycles follow each other without waiting */

@@ -141,10 +141,9 @@ def _packed(field: BitField, path: str) -> Iterator[str]:
         return
     each = field.per_word
     word = f"{field.word}" if each >= field.elements else f"{field.word} + i" + (f" / {each}" if each > 1 else "")
-    position = f"i % {each}" if each < field.elements else "i"
-    shift = "0" if each == 1 else f"({field.shift} + {field.bits} * ({position}))"
-    if each == 1 and field.elements == 1:
-        shift = str(field.shift)
+    position = f"(i % {each})" if each < field.elements else "i"
+    apart = f"{field.bits} * {position}" if field.bits > 1 else position
+    shift = str(field.shift) if each == 1 else f"({field.shift} + {apart})" if field.shift else f"({apart})"
     yield f"for (i = 0; i < {field.elements}; i++) {{"
     yield f"    {put(word, f'{path}[i]', shift)}"
     yield "}"

@@ -12,7 +12,7 @@ from llfsm_verify.targets.c99.image import MARK, Image
 from llfsm_verify.targets.c99.loop import loop_files, quoted
 from llfsm_verify.targets.c99.numbers import stored_as
 from llfsm_verify.targets.target import Made, Wanted
-from llfsm_verify.values import element_names
+from llfsm_verify.values import element_names, value_text
 
 _HEAD = """\
 #define _POSIX_C_SOURCE 200809L
@@ -53,7 +53,7 @@ burst.
 
     ./NAME
 
-Its standard input takes values of inputs, such as `{"NAME": VALUE}`, one object a line; they hold until the next. It
+Its standard input takes values of inputs, such as `SHOWN`, one object a line; they hold until the next. It
 prints an object where outputs have changed. On SIGTERM, SIGINT and SIGHUP, and after a fault, outputs get their safe
 values, which are printed with the reason. Standard error then says how late cycles began, in nanoseconds.
 
@@ -125,7 +125,12 @@ def readme(image: Image) -> str:
     """How to compile and to use it."""
     p = image.prefix
     period = f"{float(image.program.period or 0):g}"
-    return f"# {image.program.name}. {MARK}\n\n" + _README.replace("NAME", p).replace("PERIOD", period)
+    shown = "{}"
+    for choice in image.program.choices[:1]:
+        value = value_text(choice.type, choice.labels, choice.type.high)
+        shown = f'{{"{choice.name}": {quoted(value) if choice.labels else value}}}'
+    text = _README.replace("NAME", p).replace("SHOWN", shown).replace("PERIOD", period)
+    return f"# {image.program.name}. {MARK}\n\n{text}"
 
 
 def _tables(image: Image) -> Iterator[str]:
