@@ -14,6 +14,8 @@ CACHED = 1 << 15
 WIDTHS = (8, 6, 4, 3, 2, 1)
 WIDEST = 12
 """A letter of so many bits may be one index."""
+MAX_ENTRIES = 1 << 15
+"""Of a stage that is to be found by 16 bits, on a machine whose arrays have no more than 32,767 bytes."""
 
 
 class MonitorTooLarge(Exception):
@@ -90,8 +92,11 @@ _Cubes = frozenset[tuple[int, int, int]]
 """Positive atoms, negative atoms, target; atoms that have been read are shifted out."""
 
 
-def walk_table(monitor: Stepping) -> WalkTable:
+def walk_table(monitor: Stepping, *, look_up: int | None = None) -> WalkTable:
     """The tables of `monitor`. MonitorTooLarge: more than `MAX_NODES` nodes, or `MAX_BYTES` bytes.
+
+    `look_up`: how many bytes a look-up less is worth, for a short table where memory is scarce: one without entries for
+    settled states, and with stages of up to `MAX_ENTRIES` bytes (else MonitorTooLarge).
 
     All states together are one decision diagram with an entry for each, reduced level by level (Bryant, Graph-based
     algorithms for Boolean function manipulation, IEEE Trans. Computers 35, 1986), of which several levels are then
@@ -113,13 +118,15 @@ def walk_table(monitor: Stepping) -> WalkTable:
 
     roots = [
         _plain(frozenset((narrow(e.positive), narrow(e.negative), numbers[e.target]) for e in monitor.edges[state]))
-        for state in order
+        for state in order[: None if look_up is None else len(order) - sum(settled)]
     ]
+    if not roots:
+        return WalkTable((), (), (), 0, tuple(numbers))
     if not places:  # whatever the letter: a stage that reads no atom
         stage = tuple(next(iter(cubes))[2] for cubes in roots)
         return WalkTable((), (0,), (stage,), len(order) - sum(settled), tuple(numbers))
     levels = _levels(roots, len(places))
-    widths = _widths(levels)
+    widths = _widths(levels) if look_up is None else _short_widths(levels, len(order), look_up)
     stages = []
     at = 0
     for width in widths:
@@ -188,6 +195,30 @@ def _widths(levels: Sequence[_Level]) -> tuple[int, ...]:
     if size(chosen) > MAX_BYTES:
         raise MonitorTooLarge(f"the tables of a monitor take more than {MAX_BYTES:,} bytes")
     return chosen
+
+
+def _short_widths(levels: Sequence[_Level], states: int, look_up: int) -> tuple[int, ...]:
+    """The widths whose bytes, and `look_up` for each stage, are the fewest."""
+    depth = len(levels)
+    best: list[tuple[int, tuple[int, ...]]] = [(0, ())]
+    """For the first levels, so many: the bytes, and the widths."""
+    for end in range(1, depth + 1):
+        leads_to = len(levels[end]) if end < depth else states
+        found = []
+        for begin in range(max(0, end - WIDEST), end):
+            cost, widths = best[begin]
+            size = (len(levels[begin]) << end - begin) * entry_bytes(leads_to)
+            if widths or begin == 0:
+                found += [(cost + size + look_up, (*widths, end - begin))] if size <= MAX_ENTRIES - 1 else []
+        best.append(min(found, default=(0, ())))
+    if not best[-1][1]:
+        raise MonitorTooLarge(f"a table of a monitor would have more than {MAX_ENTRIES - 1:,} bytes")
+    return best[-1][1]
+
+
+def entry_bytes(count: int) -> int:
+    """Of a number below `count`."""
+    return next(size for size in (1, 2, 4) if count <= 1 << 8 * size)
 
 
 def _stage(levels: Sequence[_Level]) -> tuple[int, ...]:

@@ -11,6 +11,7 @@ from llfsm_verify.registry import Entry, Registry
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
     from llfsm_verify.diagnostics import Source
+    from llfsm_verify.targets.monitors import Watched
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +26,7 @@ class Wanted:
     mcu: str = "atmega328p"
     clock_hz: int = 16_000_000
     sources: tuple[Source, ...] = ()
+    monitors: Watched | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +35,8 @@ class Made:
 
     files: Mapping[str, str]
     notes: tuple[str, ...]
+    promise: tuple[str, ...] = ()
+    """What is told before they are written."""
 
 
 class Target(Protocol):

@@ -8,7 +8,7 @@ yield what is to be done first (`performed`), so that depth is never a crash.
 from __future__ import annotations
 
 import re
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
@@ -108,6 +108,18 @@ class BlockText:
         self._scopes = _scopes(block)
         performed(self._block(block))
         return _without_unread([*self._top, *self._lines], self._used - KEPT - OURS)
+
+    def values(self, wanted: Mapping[str, Expr]) -> tuple[list[str], list[str]]:
+        """Lines that compute truth values, each after a comment that tells its name, and what each is in C."""
+        texts = []
+        for name, expression in wanted.items():
+            number = _truth(performed(self._value(expression)))
+            if number.value is None:
+                self._line(comment(name))
+                local = self._fresh("atom")
+                self._line(f"const bool {local} = {number.text};")
+            texts.append(number.text if number.value is not None else local)
+        return self._lines, texts
 
     # ------------------------------------------------------------ lines
 

@@ -14,6 +14,7 @@ from llfsm_verify.program.program import Block, EventKind, Int, Program, Slot, T
 from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.targets.c99.blocks import BlockText, comment, has_code
+from llfsm_verify.targets.c99.monitors import Monitors
 from llfsm_verify.targets.c99.names import EVENTS, Field, Names, identifier
 from llfsm_verify.targets.c99.numbers import stored_as, written
 from llfsm_verify.targets.c99.texts import runtime, wrapped
@@ -69,6 +70,8 @@ class Image:
         given = self.meaning
         self.names = Names(program, given.outputs, given.enumerations, given.places, given.counted)
         self.prefix = self.names.prefix
+        self.monitors: Monitors | None = None
+        """Those that go with it."""
         self._functions: list[_Function] = []
 
     # ------------------------------------------------------------ the header

@@ -113,10 +113,13 @@ class Names:
 
     def _take(self, name: str, what: str, owner: str) -> None:
         """A name is taken by something of what is declared as `owner`."""
+        self.take(name, what, self._places.get(re.split(r"[.\[]", owner)[0]))
+
+    def take(self, name: str, what: str, place: Span | None) -> None:
+        """A name is taken by something that is declared there. DiagnosticError (E504): it was taken before."""
         other = self._taken.setdefault(name, what)
         if other is not what:
             message = f"{other} and {what} would both be `{name.partition('.')[2] or name}` in C"
-            place = self._places.get(re.split(r"[.\[]", owner)[0])
             raise DiagnosticError(Diagnostic(SAME_NAME, message, place, hint="give one of them another name"))
 
     def _field(self, var: Var, output: bool) -> Field:

@@ -9,7 +9,9 @@ from llfsm_verify.runtime.live.plan import safe_values
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.storage import leaves
 from llfsm_verify.targets.c99.image import MARK, Image, Meaning
+from llfsm_verify.targets.c99.monitors import Monitors
 from llfsm_verify.targets.c99.worlds import RECORDING, WORLDS
+from llfsm_verify.targets.monitors import Watched
 from llfsm_verify.targets.target import Made, Wanted
 
 
@@ -21,17 +23,21 @@ class _C99:
 
     def make(self, arrangement: Arrangement, wanted: Wanted) -> Made:
         """See `Target`."""
-        image = image_for(arrangement, COUNTED if wanted.world in RECORDING else ())
-        source = image.source()
+        counted = COUNTED if wanted.world in RECORDING else ()
+        image = image_for(arrangement, counted, wanted.monitors)
+        files = {f"{image.prefix}.h": image.header(), f"{image.prefix}.c": image.source()}
         made = WORLDS.load(wanted.world)(image, wanted)
-        return Made({f"{image.prefix}.h": image.header(), f"{image.prefix}.c": source, **made.files}, made.notes)
+        if image.monitors is None:
+            return Made({**files, **made.files}, made.notes)
+        return Made({**files, **image.monitors.files(MARK), **made.files}, made.notes, tuple(image.monitors.promise))
 
 
 C99 = _C99()
 
 
-def image_for(arrangement: Arrangement, counted: tuple[EventKind, ...] = ()) -> Image:
-    """The image of an arrangement (`images.image_of`). DiagnosticError (E504): see `Names`."""
+def image_for(arrangement: Arrangement, counted: tuple[EventKind, ...] = (), watched: Watched | None = None) -> Image:
+    """The image of an arrangement (`images.image_of`), with monitors. DiagnosticError: see `Names` (E504) and
+    `Monitors` (E517)."""
     outputs = [
         entry.variable.name + leaf.suffix
         for entry in arrangement.whiteboard
@@ -43,4 +49,8 @@ def image_for(arrangement: Arrangement, counted: tuple[EventKind, ...] = ()) -> 
     places |= {found.name: found.span for found in arrangement.declared_types}
     places |= {machine.name: machine.span for machine in arrangement.machines}
     meaning = Meaning(outputs, safe_values(arrangement), enumerations, arrangement.path, places, counted, arrangement)
-    return Image(lower(arrangement, keep_all_bits=True), meaning)
+    if watched is None:
+        return Image(lower(arrangement, keep_all_bits=True), meaning)
+    image = Image(watched.program, meaning)
+    image.monitors = Monitors(image.names, watched)
+    return image

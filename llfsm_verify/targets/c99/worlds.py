@@ -33,4 +33,5 @@ RECORDING = frozenset({"posix"})
 
 def caller(image: Image, _wanted: Wanted, /) -> Made:
     """See `World`."""
-    return Made({}, (f"Call {image.prefix}_cycle once in {float(image.program.period or 0):g} ms.",))
+    name = f"{image.prefix}_cycle" if image.monitors is None else f"{image.prefix}_monitored_cycle"
+    return Made({}, (f"Call {name} once in {float(image.program.period or 0):g} ms.",))

@@ -29,4 +29,8 @@ def arguments(parser: Parser) -> None:
     add("--pins", metavar="FILE", help="avr: a table of the pins (default: pins.yaml beside the arrangement)")
     add("--mcu", metavar="NAME", default=PLAIN.mcu, help="avr: the microcontroller (default: %(default)s)")
     add("--clock-hz", metavar="HZ", type=int, default=PLAIN.clock_hz, help="avr: its clock (default: %(default)s)")
+    shared.repeatable(
+        parser, "--monitor", metavar="FILE", dest="properties", text="monitor the properties of this file on board"
+    )
+    shared.property_lines(parser, "one line of a property file, to monitor")
     add("-o", "--output", metavar="FOLDER", required=True, help="write the files there, and replace no others")

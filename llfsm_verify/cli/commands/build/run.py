@@ -7,14 +7,16 @@ from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
+from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.cli.commands.build.arguments import PLAIN
 from llfsm_verify.cli.io.output import Output, tell
-from llfsm_verify.cli.opening import open_draft
+from llfsm_verify.cli.opening import open_draft, read_properties, told
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing, special_kind
 from llfsm_verify.targets import UNWRITABLE
 from llfsm_verify.targets.images import image_of
+from llfsm_verify.targets.monitors import Watched, watched
 from llfsm_verify.targets.target import TARGETS, Wanted
 
 
@@ -36,10 +38,18 @@ def run(options: Namespace) -> int:
     if of_avr:
         raise UsageError(f"{of_avr[0]} is for --for avr, not {options.world}")
     draft, given = open_draft(options.arrangement)
+    image = image_of(given, options.cycle_ms)
     wanted = Wanted(
-        options.world, pins=options.pins, mcu=options.mcu, clock_hz=options.clock_hz, sources=draft.sources
+        options.world,
+        pins=options.pins,
+        mcu=options.mcu,
+        clock_hz=options.clock_hz,
+        sources=draft.sources,
+        monitors=_watched(options, given, image),
     )
-    made = target.make(image_of(given, options.cycle_ms), wanted)
+    made = target.make(image, wanted)
+    if made.promise:
+        Output().plain("".join(f"{line}\n" for line in (*made.promise, "")))
     if given.environment is not None:
         tell("note: the model of the surroundings is left out: the inputs that it wrote come from the world")
     folder = Path(options.output)
@@ -48,6 +58,16 @@ def run(options: Namespace) -> int:
     lines = [*(f"written: {folder / name}" for name in made.files), "", *made.notes]
     Output().plain("\n".join(lines) + "\n")
     return 0
+
+
+def _watched(options: Namespace, given: Arrangement, image: Arrangement) -> Watched | None:
+    """What goes with the image, if properties are given. UsageError, DiagnosticError (E432, E515, E516)."""
+    if not options.properties and not options.property:
+        return None
+    properties = told(read_properties(options), image)
+    if not properties.goals:
+        raise UsageError("--monitor: there is no property")
+    return watched(given, image, properties)
 
 
 def _refuse_others(folder: Path, files: Mapping[str, str], mark: str) -> None:
