@@ -19,6 +19,7 @@ from llfsm_verify.runtime.live.run import percentiles
 from llfsm_verify.runtime.recording.repeating import replay_recording
 from llfsm_verify.targets.c99.target import image_for
 from llfsm_verify.targets.images import image_of
+from tests.outside import needs
 from tests.targets.c99.compiled import STRICT, needs_gcc
 from tests.targets.c99.posix_programs import compiled, held, written
 
@@ -121,7 +122,7 @@ def made(folder: Path, *words: str) -> str:
     return done.stderr
 
 
-@pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
+@needs("make")
 def test_the_makefile_makes_the_program_and_the_library(tmp_path: Path) -> None:
     written(LIFT, tmp_path)
     assert made(tmp_path, "CFLAGS=-O0 -Werror", "lib") == ""

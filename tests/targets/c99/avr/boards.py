@@ -5,18 +5,12 @@ from __future__ import annotations
 import subprocess
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from shutil import which
 
-import pytest
+from tests.outside import needs
 
 BOARD = Path(__file__).with_name("board.c")
-HEADER = Path("/usr/include/simavr/sim_avr.h")
-
-needs_avr = pytest.mark.skipif(which("avr-gcc") is None, reason="avr-gcc is not installed")
-needs_board = pytest.mark.skipif(
-    which("avr-gcc") is None or which("gcc") is None or not HEADER.exists(),
-    reason="gcc, avr-gcc or libsimavr-dev is not installed",
-)
+needs_avr = needs("avr-gcc", "make")
+needs_board = needs("avr-gcc", "gcc", "make", "simavr")
 
 
 def make(folder: Path, files: Mapping[str, str]) -> Path:
