@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     from llfsm_verify.cli.parser import Parser as CommandParser
     from llfsm_verify.diagnostics import Source, Span
     from llfsm_verify.jsonvalue import Json
+    from llfsm_verify.kripke.export.dot import dot as structure_dot
     from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
     from llfsm_verify.kripke.export.rows import (
         Element,
@@ -119,9 +120,11 @@ if TYPE_CHECKING:
     from llfsm_verify.registry import Entry, Package, Registry
     from llfsm_verify.report.codes import all_codes
     from llfsm_verify.report.debugging import lines_of
+    from llfsm_verify.report.drawing import NO_LIBRARY as NO_GRAPHVIZ
+    from llfsm_verify.report.drawing.dot import dot
     from llfsm_verify.report.drawing.formats import DRAWINGS
     from llfsm_verify.report.drawing.graph import Edge as DrawnEdge
-    from llfsm_verify.report.drawing.graph import Graph
+    from llfsm_verify.report.drawing.graph import Graph, with_legend
     from llfsm_verify.report.drawing.graph import Node as DrawnNode
     from llfsm_verify.report.entry import ReportEntry
     from llfsm_verify.report.formats import REPORTS, Style, Written
@@ -201,6 +204,7 @@ _PLACES = {
     "cli.parser": ("CommandEntry", "Parser as CommandParser", "UsageError"),
     "diagnostics": ("Source", "Span"),
     "jsonvalue": ("Json",),
+    "kripke.export.dot": ("dot as structure_dot",),
     "kripke.export.formats": ("MODELS", "STRUCTURES"),
     "kripke.export.rows": (
         "Element",
@@ -251,8 +255,10 @@ _PLACES = {
     "registry": ("Entry", "Package", "Registry"),
     "report.codes": ("all_codes",),
     "report.debugging": ("lines_of",),
+    "report.drawing": ("NO_LIBRARY as NO_GRAPHVIZ",),
+    "report.drawing.dot": ("dot",),
     "report.drawing.formats": ("DRAWINGS",),
-    "report.drawing.graph": ("Edge as DrawnEdge", "Graph", "Node as DrawnNode"),
+    "report.drawing.graph": ("Edge as DrawnEdge", "Graph", "Node as DrawnNode", "with_legend"),
     "report.entry": ("ReportEntry",),
     "report.formats": ("REPORTS", "Style", "Written"),
     "report.lint": ("explain as lint_diagnostic",),
@@ -288,8 +294,8 @@ _PLACES = {
 
 __all__ = [
     "ARRANGEMENTS", "BOOL", "CAUSE_MARK", "CLAIMED", "COMMANDS", "CONTRADICTED", "COUNT", "DRAWINGS", "ENGINES",
-    "FALSE", "FAULT", "FILE", "FLAG", "FRONT_ENDS", "LOGS", "MACHINES", "MODELS", "NUMBER", "PORTS", "REPORTS",
-    "SECONDS", "STRUCTURES", "SWITCH", "TIMELINES", "TRUE", "TRUTHS", "UNREADABLE", "WHEN", "WRITERS",
+    "FALSE", "FAULT", "FILE", "FLAG", "FRONT_ENDS", "LOGS", "MACHINES", "MODELS", "NO_GRAPHVIZ", "NUMBER", "PORTS",
+    "REPORTS", "SECONDS", "STRUCTURES", "SWITCH", "TIMELINES", "TRUE", "TRUTHS", "UNREADABLE", "WHEN", "WRITERS",
     "WRONG_PORT", "Answer", "Arrangement", "ArrangementDraft", "Automaton", "AutomatonEdge", "AutomatonTooLarge",
     "Block", "Choice", "CommandEntry", "CommandParser", "Const", "DebugAnswer", "DebugError", "DebugSession",
     "Draft", "DrawnEdge", "DrawnNode", "Editor", "Edits", "Element", "Emit", "EngineEntry", "EngineOption",
@@ -304,13 +310,14 @@ __all__ = [
     "TraceRow", "TransitionDraft", "Turn", "Type", "Uneditable", "Unknown", "Unopened", "Unreadable", "UsageError",
     "Value", "Values", "Var", "VariableDraft", "Violated", "Wanted", "WhiteboardDraft", "Words", "Writer",
     "Written", "add_premises", "all_codes", "all_of", "apply", "asked_text", "atom", "bad_prefixes_of",
-    "cell_text", "claim_of", "conjunction", "const", "decimal_text", "draft_data", "edges", "elements", "evaluate",
-    "expressions", "fault_text", "find_accepting_lasso", "fold", "get", "implied", "initial_letters",
+    "cell_text", "claim_of", "conjunction", "const", "decimal_text", "dot", "draft_data", "edges", "elements",
+    "evaluate", "expressions", "fault_text", "find_accepting_lasso", "fold", "get", "implied", "initial_letters",
     "initial_text", "interval", "is_contradicted", "ite", "letters", "lines_of", "lint_diagnostic", "mapped",
     "mark", "mask", "moves_of", "negation", "nnf", "nodes", "observed_outputs", "op", "opened", "parse_command",
     "parts", "portions", "postorder", "reached", "read_named", "read_source", "resumed_text", "ringlet", "scalars",
-    "sentences", "statements", "steps_known", "stop_at_faults", "summary_text", "text", "tick", "trace_rows",
-    "translate", "typed", "under_assumptions", "vacuity_texts", "verdict_text", "ways", "whole_number", "written",
+    "sentences", "statements", "steps_known", "stop_at_faults", "structure_dot", "summary_text", "text", "tick",
+    "trace_rows", "translate", "typed", "under_assumptions", "vacuity_texts", "verdict_text", "ways",
+    "whole_number", "with_legend", "written",
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # a type checker shall find a name that there is not

@@ -16,7 +16,7 @@ from llfsm_verify.engines.bounded.engine import BoundedSession
 from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
 from llfsm_verify.logic.syntax_names import TABLES
 from llfsm_verify.registry import Choices, Entry, Registry, Unregistered
-from llfsm_verify.report.drawing.formats import DRAWINGS, PICTURES
+from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.formats import REPORTS
 from llfsm_verify.report.schema import SCHEMAS
 from llfsm_verify.report.timeline.formats import TIMELINES
@@ -30,7 +30,7 @@ ALL: dict[str, Registry[object]] = {
     "access": REPORTS.access, "arrangements": ARRANGEMENTS, "commands": COMMANDS, "drawings": DRAWINGS,
     "engines": ENGINES, "lint": REPORTS.lint, "logs": LOGS, "machines": MACHINES, "models": MODELS,
     "monitors": REPORTS.monitor, "simulations": REPORTS.simulation,
-    "pictures": PICTURES, "policies": POLICIES, "ports": PORTS, "queries": REPORTS.query, "results": REPORTS.result,
+    "policies": POLICIES, "ports": PORTS, "queries": REPORTS.query, "results": REPORTS.result,
     "schemas": SCHEMAS, "structures": STRUCTURES, "syntaxes": TABLES, "timelines": TIMELINES, "writers": WRITERS,
 }  # fmt: skip
 
@@ -65,7 +65,7 @@ def test_who_asks_for_another_is_told_what_there_is(registry: str) -> None:
         ("query", "--format", REPORTS.query), ("query", "--engine", ENGINES), ("monitor", "--as", REPORTS.monitor),
         ("simulate", "--format", [*REPORTS.simulation, *TIMELINES]), ("trace", "--to", [*TIMELINES, "trace"]),
         ("draw", "--format", DRAWINGS),
-        ("kripke", "--format", [*STRUCTURES, *PICTURES, *MODELS]), ("verify", "--syntax", ["llfsm", *TABLES]),
+        ("kripke", "--format", [*STRUCTURES, *MODELS]), ("verify", "--syntax", ["llfsm", *TABLES]),
     ],
 )  # fmt: skip
 def test_the_command_line_offers_what_there_is(command: str, option: str, names: list[str]) -> None:

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.extensions.graphs.pictures import svg
 from llfsm_verify.report.drawing.extract import arrangement_graph
-from llfsm_verify.report.drawing.pictures import svg
 from tests.outside import load
 
 PICTURES = {"docs/pictures/traffic_lights.svg": "models/traffic_lights/arrangement.yaml"}

@@ -13,6 +13,8 @@ import pytest
 from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import ACTION_KINDS
 from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.extensions.graphs.mermaid import mermaid
+from llfsm_verify.extensions.graphs.pictures import PIXELS, png, svg
 from llfsm_verify.report.drawing.dot import dot
 from llfsm_verify.report.drawing.extract import (
     LINE_WIDTH,
@@ -23,8 +25,6 @@ from llfsm_verify.report.drawing.extract import (
     whiteboard_uses,
 )
 from llfsm_verify.report.drawing.graph import MAX_NODES, Edge, Graph, Node, shorten, summarise, with_legend
-from llfsm_verify.report.drawing.mermaid import mermaid
-from llfsm_verify.report.drawing.pictures import PIXELS, png, svg
 from tests.outside import load
 
 LIGHTS = load_arrangement("models/traffic_lights/arrangement.yaml")

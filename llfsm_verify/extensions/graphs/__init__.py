@@ -1,13 +1,21 @@
-"""Kripke structures for other programs: CADP's `.aut`, GraphML, and arrays of NumPy."""
+"""Graphs for other programs: pictures by Graphviz, Mermaid's text, GraphML, CADP's `.aut`, and arrays of NumPy."""
 
 from __future__ import annotations
 
 from llfsm_verify.plug import Entry
 
+SVG, PNG = "a picture, laid out by Graphviz", "the same picture in pixels"
 ENTRIES = {
+    "llfsm_verify.drawings": (
+        Entry("mermaid", f"{__name__}.mermaid:mermaid", "Mermaid's text", (".mmd", ".mermaid")),
+        Entry("svg", f"{__name__}.pictures:svg", SVG, (".svg",)),
+        Entry("png", f"{__name__}.pictures:png", PNG, (".png",), binary=True),
+    ),
     "llfsm_verify.structures": (
         Entry("graphml", f"{__name__}.graphml:graphml", "GraphML", (".graphml",)),
         Entry("aut", f"{__name__}.aut:aut", "CADP's Aldébaran format", (".aut",)),
         Entry("npz", f"{__name__}.npz:npz", "arrays of NumPy", (".npz",), binary=True),
+        Entry("svg", f"{__name__}.pictures:structure_svg", SVG, (".svg",)),
+        Entry("png", f"{__name__}.pictures:structure_png", PNG, (".png",), binary=True),
     ),
 }

@@ -6,7 +6,6 @@ from llfsm_verify.cli import arguments as shared
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
 from llfsm_verify.registry import Choices
-from llfsm_verify.report.drawing.formats import PICTURES
 
 
 def arguments(parser: Parser) -> None:
@@ -22,7 +21,7 @@ def arguments(parser: Parser) -> None:
     shared.arrangement(parser)
     shared.property_files(parser)
     shared.property_lines(parser)
-    add("--format", choices=Choices(STRUCTURES, PICTURES, MODELS), help="default: by the ending of FILE, else json")
+    add("--format", choices=Choices(STRUCTURES, MODELS), help="default: by the ending of FILE, else json")
     shared.output(parser)
     shared.max_states(parser, "end the exploration after N configurations")
     shared.memory_and_timeout(parser, "end it")

@@ -20,7 +20,6 @@ from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.logic.properties import PLAIN, Feature
-from llfsm_verify.report.drawing.formats import PICTURES
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
@@ -31,7 +30,8 @@ EXPLORING = ("max_states", "memory", "timeout", "partial", "large")
 """Options that say something about the exploration, or about what it found."""
 SHOWN: frozenset[Feature] = frozenset({"regular", "automaton", "past", "expressions"})
 """Of these a structure shows the atoms; bounds in time would need the time of each step."""
-NO_TEXT = STRUCTURES.binary | PICTURES.binary
+DRAWN = ("dot", "svg", "png")
+"""Formats that people look at, so a large structure needs `--large`."""
 CUT_SHORT = 4
 """The exit code when a limit ended the exploration or the writing."""
 
@@ -41,9 +41,9 @@ def run(options: Namespace) -> int:
     (E420 to E422, E424)."""
     wanted = _format(options)
     if wanted is None:
-        endings = ", ".join([*STRUCTURES.suffixes, *PICTURES.suffixes, *MODELS.suffixes])
+        endings = ", ".join([*STRUCTURES.suffixes, *MODELS.suffixes])
         raise UsageError(f"no format ends like `{options.output}`: name it {endings}, or give --format")
-    if wanted in NO_TEXT and options.output in (None, "-"):
+    if wanted in STRUCTURES.binary and options.output in (None, "-"):
         raise UsageError(f"{wanted} is not a text format: name a file with -o")
     needless = [name for name in EXPLORING if getattr(options, name)] if wanted in MODELS else []
     if needless:
@@ -63,9 +63,7 @@ def _format(options: Namespace) -> str | None:
     """The format asked for, or that the output's name ends in; None: it ends in nothing that we write."""
     chosen: str | None = options.format
     if chosen is None and options.output not in (None, "-"):
-        return next(
-            filter(None, (formats.named_by(options.output) for formats in (STRUCTURES, PICTURES, MODELS))), None
-        )
+        return next(filter(None, (formats.named_by(options.output) for formats in (STRUCTURES, MODELS))), None)
     return chosen or "json"
 
 
@@ -106,8 +104,7 @@ def _structure(wanted: str, arrangement: Arrangement, problem: Problem, options:
     if not structure.complete and not options.partial:
         found = f"{len(structure):,} configurations have been found"
         return _cut_short(f"nothing was written: {structure.stopped}; {found}. --partial writes such a part")
-    drawn = wanted == "dot" or wanted in PICTURES
-    if drawn and len(structure) > READABLE and not options.large:
+    if wanted in DRAWN and len(structure) > READABLE and not options.large:
         raise UsageError(
             f"{len(structure):,} configurations are more than a drawing can show ({READABLE}): "
             "choose another format, or ask for it with --large"
@@ -117,8 +114,7 @@ def _structure(wanted: str, arrangement: Arrangement, problem: Problem, options:
         budget.grant(float("inf"))  # the time may be used up: it was for the exploration
     try:
         budget.check()
-        pieces = PICTURES.load(wanted)(structure) if wanted in PICTURES else STRUCTURES.load(wanted)(structure)
-        write(pieces, options.output, budget.check)
+        write(STRUCTURES.load(wanted)(structure), options.output, budget.check)
     except LimitReached as reached:
         there = "standard output breaks off" if options.output in (None, "-") else "nothing was written"
         return _cut_short(f"{there}: {reached} while {len(structure):,} configurations were written")

@@ -6,13 +6,11 @@ from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING
 
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.report.drawing import NO_LIBRARY
-from llfsm_verify.report.drawing.dot import dot
-from llfsm_verify.report.drawing.graph import Graph
+from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify.plug import NO_GRAPHVIZ, Graph, dot
 
 if TYPE_CHECKING:
-    from llfsm_verify.kripke.structure import Structure
+    from llfsm_verify import Structure
 
 PIXELS = 144
 """Of a PNG, to the inch: twice what letters need on most screens."""
@@ -30,7 +28,7 @@ def png(graph: Graph) -> bytes:
 
 def _structure(structure: Structure, wanted: str) -> Iterator[bytes]:
     """A Kripke structure as an ``svg`` or ``png``. Errors as for `laid_out`."""
-    from llfsm_verify.kripke.export.dot import dot as structure_dot  # numba
+    from llfsm_verify.plug import structure_dot  # numba
 
     yield laid_out("".join(structure_dot(structure)), wanted)
 
@@ -45,7 +43,7 @@ def laid_out(text: str, wanted: str) -> bytes:
     except ImportError:
         hint = "install it with `pip install 'llfsm-verify[draw]'`, or choose --format dot"
         message = f"{wanted.upper()} drawings need the package pygraphviz"
-        raise DiagnosticError(Diagnostic(NO_LIBRARY, message, hint=hint)) from None
+        raise DiagnosticError(Diagnostic(NO_GRAPHVIZ, message, hint=hint)) from None
     drawing = pygraphviz.AGraph(string=text)
     if wanted == "png":
         drawing.graph_attr["dpi"] = str(PIXELS)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from llfsm_verify.report.drawing.graph import Edge, Graph, Node, with_legend
+from llfsm_verify.plug import DrawnEdge, DrawnNode, Graph, with_legend
 
 _SHAPES = {
     "initial": ("((", "))"),
@@ -83,7 +83,7 @@ def _title(text: str) -> str:
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
-def _node(node: Node) -> str:
+def _node(node: DrawnNode) -> str:
     opening, closing = _SHAPES[node.kind]
     name = _escaped(node.title) or " "
     title = f"<b>{name}</b>" if node.title and node.kind not in _BARE else name
@@ -91,7 +91,7 @@ def _node(node: Node) -> str:
     return f'  {node.key}{opening}"{label}"{closing}'
 
 
-def _edge(edge: Edge) -> str:
+def _edge(edge: DrawnEdge) -> str:
     text = "<br/>".join(map(_escaped, edge.label.split("\n")))
     label = f'|"{text}"|' if edge.label else ""
     return f"  {edge.source} {_ARROWS[edge.kind]}{label} {edge.target}"
