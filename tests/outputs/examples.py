@@ -289,6 +289,7 @@ PROVOKED: dict[str, Provoked] = {
         (f"{BUILD} -p 'x: G (go -> F[0:999] m@ON) && G (m@ON -> F[0:998] !go) && G (!go -> F[0:997] m@OFF)'",), LAMP
     ),
     "E517": Provoked((f"{BUILD} -p 'x: G (n + 1 > 3)'",), _does("n = 1;", "n: {type: int}")),
+    "E525": Provoked((BUILD,), {"a.yaml": "name: signal\n" + LAMP["a.yaml"]}),
     "F001": _fault(_does("if (car) n += 1;", "car: {type: bool, role: input}, n: {type: 0..3}")),
     "F002": _fault(_does("share = 100 / n;", "n: {type: 0..9, role: input}, share: {type: 0..100}")),
     "F003": _fault(_does("seen[i] = true;", "i: {type: 0..4, role: input}, seen: {type: {array: bool, size: 4}}")),

@@ -457,7 +457,9 @@ class BlockText:
             case Sample(local, choice) if local.name in self._once:
                 self._locals[local.name] = self._names.sample(self._choices[choice])
             case Sample(local, choice):
-                self._assign(local, self._names.sample(self._choices[choice]), block, self._choices[choice].source)
+                self._assign(
+                    local, self._names.sample(self._choices[choice]), block, f"in_{self._choices[choice].source}"
+                )
             case If():
                 yield self._if(statement)
             case Switch():

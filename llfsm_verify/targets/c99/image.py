@@ -203,7 +203,7 @@ class Image:
         """A function with this body, which may end with a status; None: it does nothing."""
         if not has_code(lines):
             return None
-        text, p = "\n".join(lines), self.prefix
+        name, text, p = self.names.private(name), "\n".join(lines), self.prefix
         fails = any(line.lstrip().startswith("return ") for line in lines)
         used = [n for n in ("state", "inputs") if f"{n}->" in text or f"({n}" in text or f", {n})" in text]
         parameters = {"state": f"{p}_state *state", "inputs": f"const {p}_inputs *inputs"}

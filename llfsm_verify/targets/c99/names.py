@@ -14,6 +14,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Choice, EventKind, Int, Program, Type, Var
 from llfsm_verify.targets import SAME_NAME
 from llfsm_verify.targets.c99.numbers import WIDE, Number, stored_as
+from llfsm_verify.targets.c99.texts import runtime_names
 
 _WORDS = """
     auto break case char const continue default do double else enum extern float for goto if inline int long
@@ -21,10 +22,27 @@ _WORDS = """
     bool true false asm catch class constexpr delete explicit export friend mutable namespace new noexcept nullptr
     operator private protected public template this throw try typeid typename using virtual and or not xor bitand
     bitor compl alignas alignof decltype concept requires import module final override unix linux i386 errno assert
-    stdin stdout stderr main typeof
+    stdin stdout stderr main typeof complex imaginary noreturn thread_local static_assert math_errhandling
+    wchar_t char8_t char16_t char32_t co_await co_return co_yield consteval constinit const_cast decltype
+    dynamic_cast reinterpret_cast static_cast mutable not_eq and_eq or_eq xor_eq
+    st_atime st_mtime st_ctime si_pid si_uid si_value si_addr si_status sa_handler sa_sigaction h_addr s6_addr
 """
-KEPT = frozenset(_WORDS.split())
-"""Words of C and C++, and macros of their headers."""
+TYPES = frozenset(f"{u}int{bits}_t" for u in ("", "u") for bits in (8, 16, 32, 64, "ptr", "max")) | {
+    "size_t", "ssize_t", "ptrdiff_t", "off_t", "time_t", "clock_t", "sig_atomic_t", "mbstate_t", "fpos_t",
+}  # fmt: skip
+KEPT = frozenset(_WORDS.split()) | TYPES
+"""Words of C and C++, and macros and types of their headers."""
+_HEADERS = """
+    aio alloca arpa assert complex cpio ctype dirent dlfcn endian errno error fcntl features fenv float fmtmsg fnmatch
+    ftw getopt glob grp iconv inttypes iso646 langinfo libgen limits locale malloc math memory monetary mqueue ndbm
+    netdb nl_types paths poll pthread pwd regex sched search semaphore setjmp signal spawn stdalign stdarg stdatomic
+    stdbool stddef stdint stdio stdlib stdnoreturn string strings stropts syscall syslog tar termios tgmath threads
+    time trace uchar ulimit unistd utime utmpx values wait wchar wctype wordexp
+"""
+HEADERS = frozenset(_HEADERS.split())
+"""Headers of C, POSIX and avr-libc, which a file of that name would hide from `#include <…>`."""
+_OF_POSIX = re.compile(r"sem\Z|pthread_|posix_|u?int(8|16|32|64|ptr|max)\Z|u?int_(least|fast)\d+\Z")
+"""Beginnings of names that POSIX and C have: `sem_init`, `int16_t`."""
 EVENTS = "events"
 """Of a state: how often what is counted has happened."""
 SPECIAL = ("outputs", "whiteboard", "control", "status", "before", EVENTS)
@@ -47,8 +65,15 @@ def identifier(name: str) -> str:
 def alone(name: str) -> str:
     """The same where it stands alone."""
     found = identifier(name)
-    macro = not re.search("[a-z]", found)
+    macro = not re.search("[a-z]", found) or re.match("(PRI|SCN)[a-z]", found)
     return f"{found}_" if found in KEPT or macro else found
+
+
+def foreign(prefix: str) -> str:
+    """What of C the names of an image with this prefix would hide, or be; "": nothing."""
+    if prefix.lower() in HEADERS:
+        return f"its header would be {prefix}.h, which C or POSIX has"
+    return f"names that begin with `{prefix}_` belong to C or POSIX" if _OF_POSIX.match(prefix) else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +119,8 @@ class Names:
         self.prefix = identifier(program.name)
         self._enumerations = enumerations or {}
         self._places = places or {}
-        self._taken: dict[str, str] = {f"{self.prefix}_{name}": "a name of every image" for name in OWN}
+        self._taken = {f"{self.prefix}_{name}": "a name of every image" for name in OWN}
+        self._taken |= dict.fromkeys(runtime_names(), "a function of every image")
         self.machines = [identifier(m.name) for m in program.machines]
         self._groups = {
             m.name: f"{alone(m.name)}_" if alone(m.name) in SPECIAL else alone(m.name) for m in program.machines
@@ -121,6 +147,10 @@ class Names:
         if other is not what:
             message = f"{other} and {what} would both be `{name.partition('.')[2] or name}` in C"
             raise DiagnosticError(Diagnostic(SAME_NAME, message, place, hint="give one of them another name"))
+
+    def private(self, name: str) -> str:
+        """The name of a function that nobody outside calls."""
+        return f"{name}_" if name in self._taken else name
 
     def _field(self, var: Var, output: bool) -> Field:
         kind, machine = var.origin.kind, var.origin.machine

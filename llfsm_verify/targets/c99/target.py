@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.program.program import EventKind
 from llfsm_verify.runtime.live.frame import COUNTED
 from llfsm_verify.runtime.live.plan import safe_values
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.storage import leaves
+from llfsm_verify.targets import OF_C
 from llfsm_verify.targets.c99.image import MARK, Image, Meaning
 from llfsm_verify.targets.c99.monitors import Monitors
+from llfsm_verify.targets.c99.names import foreign, identifier
 from llfsm_verify.targets.c99.worlds import RECORDING, WORLDS
 from llfsm_verify.targets.monitors import Watched
 from llfsm_verify.targets.target import Made, Wanted
@@ -36,8 +39,12 @@ C99 = _C99()
 
 
 def image_for(arrangement: Arrangement, counted: tuple[EventKind, ...] = (), watched: Watched | None = None) -> Image:
-    """The image of an arrangement (`images.image_of`), with monitors. DiagnosticError: see `Names` (E504) and
-    `Monitors` (E517)."""
+    """The image of an arrangement (`images.image_of`), with monitors. DiagnosticError: E525 (C has its name), see
+    `Names` (E504) and `Monitors` (E517)."""
+    reason = foreign(identifier(arrangement.name))
+    if reason:
+        message = f"an arrangement called `{arrangement.name}` cannot be C: {reason}"
+        raise DiagnosticError(Diagnostic(OF_C, message, arrangement.span, hint="give it another `name:`"))
     outputs = [
         entry.variable.name + leaf.suffix
         for entry in arrangement.whiteboard

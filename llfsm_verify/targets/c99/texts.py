@@ -8,7 +8,8 @@ from functools import cache
 from importlib import resources
 
 _PART = re.compile(r"^/\* @(\w+)((?: \w+)*):", re.MULTILINE)
-_SMALL = re.compile(r"(min|max|abs|div|mod)_(16|32|64)\Z")
+_SIGNS = ("min", "max", "abs", "div", "mod")
+_SMALL = re.compile(rf"({'|'.join(_SIGNS)})_(16|32|64)\Z")
 
 
 WIDTH = 110
@@ -83,6 +84,11 @@ def _parts() -> dict[str, tuple[tuple[str, ...], str]]:
         match[1]: (tuple(match[2].split()), text[text.index("*/", match.start()) + 2 : end].strip())
         for match, end in zip(found, ends, strict=True)
     }
+
+
+def runtime_names() -> frozenset[str]:
+    """All names that an image may have of its own."""
+    return frozenset(_parts()) | {f"{kind}_{bits}" for kind in _SIGNS for bits in (16, 32, 64)}
 
 
 def _small(name: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from argparse import Namespace
 from collections.abc import Mapping
 from contextlib import ExitStack
@@ -19,6 +20,13 @@ from llfsm_verify.targets.images import image_of
 from llfsm_verify.targets.monitors import Watched, watched
 from llfsm_verify.targets.target import TARGETS, Wanted
 
+_HINTS = {
+    **dict.fromkeys((errno.EEXIST, errno.ENOTDIR), "name a folder: a file is in the way"),
+    **dict.fromkeys((errno.ENOSPC, errno.EFBIG, errno.EDQUOT), "make room, or name another folder"),
+    **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "name a folder in which you may write"),
+    errno.ENAMETOOLONG: "give the arrangement a shorter `name:`, or name another folder",
+}
+
 
 def run(options: Namespace) -> int:
     """Returns 0; raises UsageError, or DiagnosticError: wrong files, what has no meaning in an image (E503, E504), or
@@ -26,7 +34,7 @@ def run(options: Namespace) -> int:
     target = TARGETS.load(options.target)
     if options.world not in target.worlds:
         raise UsageError(f"--for {options.world[:40]}: {options.target} is made for {', '.join(target.worlds)}")
-    if not options.output:
+    if options.output in ("", "-"):
         raise UsageError("--output needs the name of a folder")
     if not 1000 <= options.clock_hz <= 100_000_000:
         raise UsageError(f"--clock-hz {options.clock_hz}: the clock of a microcontroller has 1000 to 100000000 Hz")
@@ -54,6 +62,8 @@ def run(options: Namespace) -> int:
         tell("note: the model of the surroundings is left out: the inputs that it wrote come from the world")
     folder = Path(options.output)
     _refuse_others(folder, made.files, target.mark)
+    for name in _left_over(folder, made.files, target.mark):
+        tell(f"note: {folder / name} is from an earlier build, and no part of this one")
     _write(folder, made.files)
     lines = [*(f"written: {folder / name}" for name in made.files), "", *made.notes]
     Output().plain("\n".join(lines) + "\n")
@@ -86,6 +96,15 @@ def _refuse_others(folder: Path, files: Mapping[str, str], mark: str) -> None:
             raise DiagnosticError(Diagnostic(UNWRITABLE, message, hint="name another folder", file=str(folder)))
 
 
+def _left_over(folder: Path, files: Mapping[str, str], mark: str) -> list[str]:
+    """Files there that `llfsm build` has written, and writes no more."""
+    try:
+        others = sorted(path for path in folder.iterdir() if path.name not in files and not path.is_symlink())
+        return [path.name for path in others if path.is_file() and mark in _first_line(path)]
+    except OSError:
+        return []  # the folder is not there yet, or what hinders is said by who writes
+
+
 def _first_line(path: Path) -> str:
     with path.open(encoding="utf-8", errors="replace") as file:
         return file.readline(1000)
@@ -104,4 +123,6 @@ def _write(folder: Path, files: Mapping[str, str]) -> None:
 
 def _unwritable(folder: Path, error: OSError) -> DiagnosticError:
     reason = error.strerror or "input/output error"
-    return DiagnosticError(Diagnostic(UNWRITABLE, f"the files cannot be written there: {reason}", file=str(folder)))
+    hint = _HINTS.get(error.errno or 0, "name another folder")
+    message = f"the files cannot be written there: {reason}"
+    return DiagnosticError(Diagnostic(UNWRITABLE, message, hint=hint, file=str(folder)))
