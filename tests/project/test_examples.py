@@ -8,6 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from llfsm_verify.cli import main
+from tests.outside import needs
+
 FOLDER = Path(__file__).parents[2] / "examples"
 OF_THEIR_OWN = {"batman", "guards", "komodo_arm", "komodo_region", "traffic_takeover"}
 """Examples with a test below."""
@@ -77,3 +80,16 @@ def test_behaviours_die_and_the_robot_stays_safe(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "28 of 28 properties hold" in done.stdout and "a proved property fails: 0" in done.stdout
     assert (tmp_path / "batman.svg").read_text().startswith("<svg")
+
+
+@pytest.mark.slow
+@needs("gcc")
+@needs("make")
+def test_the_lift_runs_as_a_daemon_and_its_recording_is_replayed(tmp_path: Path) -> None:
+    folder, made, recording = FOLDER / "lift_daemon", tmp_path / "lift", tmp_path / "monday"
+    assert main(["build", str(folder / "arrangement.yaml"), "--target", "c", "--for", "posix", "-o", str(made)]) == 0
+    subprocess.run(["make", "-s", "-C", str(made), "lift"], check=True)
+    done = run(folder / "shaft.py", str(made / "lift"), "--record", str(recording), "--cycles", "300", "--seed", "3")
+    assert done.returncode == 0 and done.stdout.startswith("stopped: "), done.stdout + done.stderr
+    assert main(["replay", str(recording)]) == 0
+    assert main(["check-recording", str(recording), str(folder / "lift.ltl"), "--allow-undecided"]) == 0
