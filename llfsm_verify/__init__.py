@@ -12,7 +12,14 @@ from __future__ import annotations
 TYPE_CHECKING = False  # type checkers take this name for true; `typing` would take most of the time of the import
 
 if TYPE_CHECKING:
-    from llfsm_verify.api.answers import LintReport, QueryAnswer, Reachability, RecordingOutcome, ReplayOutcome
+    from llfsm_verify.api.answers import (
+        CoverageReport,
+        LintReport,
+        QueryAnswer,
+        Reachability,
+        RecordingOutcome,
+        ReplayOutcome,
+    )
     from llfsm_verify.api.building import InstanceDefinition, MachineDefinition, StateDefinition, build
     from llfsm_verify.api.model import Model, load, replay
     from llfsm_verify.api.monitors import MonitorReading, MonitorSet, PropertyMonitor, WatchedSimulation
@@ -38,7 +45,7 @@ if TYPE_CHECKING:
     from llfsm_verify.runtime.whiteboard.subscription import Subscription, Update
 
 _ROOMS = {
-    "api.answers": ("LintReport", "QueryAnswer", "Reachability", "RecordingOutcome", "ReplayOutcome"),
+    "api.answers": ("CoverageReport", "LintReport", "QueryAnswer", "Reachability", "RecordingOutcome", "ReplayOutcome"),
     "api.building": ("InstanceDefinition", "MachineDefinition", "StateDefinition", "build"),
     "api.model": ("Model", "load", "replay"),
     "api.monitors": ("MonitorReading", "MonitorSet", "PropertyMonitor", "WatchedSimulation"),
@@ -65,6 +72,7 @@ __all__ = [
     "Change",
     "CheckOptions",
     "CheckResult",
+    "CoverageReport",
     "Diagnostic",
     "DiagnosticError",
     "Disagreement",

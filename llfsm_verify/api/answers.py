@@ -1,4 +1,4 @@
-"""Answers to queries, findings of lint, and what replays of saved traces say."""
+"""Answers to queries, findings of lint, coverage, and what replays of saved traces say."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from llfsm_verify.analysis.coverage.result import Coverage, Judged
 from llfsm_verify.analysis.lint.finding import Finding, LintResult, OpenQuestion
 from llfsm_verify.api.traces import Readable, RunView, TraceView
 from llfsm_verify.arrangement.model import Arrangement
@@ -137,6 +138,54 @@ class LintReport(Readable):
         from llfsm_verify.report.lint import lint_object
 
         return lint_object(self.wrapped)
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class CoverageReport(Readable):
+    """What runs cover: its goals, one after the other. `wrapped` is the value inside, which is private.
+
+    A goal has a `goal` (with `kind`, `machine`, `text` and `span`), a `status` (``covered``, ``reachable``,
+    ``unreachable`` by proof or ``unknown``) and, where it is reachable, shortest `runs` that cover it.
+    """
+
+    wrapped: Coverage
+
+    def __iter__(self) -> Iterator[Judged]:
+        return iter(self.wrapped.goals)
+
+    def __len__(self) -> int:
+        """The number of goals."""
+        return len(self.wrapped.goals)
+
+    def __bool__(self) -> bool:
+        """TypeError: coverage has many answers."""
+        raise TypeError("coverage is neither true nor false: ask for its goals, its counts or exit_code")
+
+    def __repr__(self) -> str:
+        found = [judged.status for judged in self.wrapped.goals]
+        counts = ", ".join(f"{found.count(status)} {status}" for status in dict.fromkeys(found))
+        return f"<CoverageReport of {self.wrapped.arrangement}: {counts}>"
+
+    def _shown(self) -> Iterator[RenderableType]:
+        from llfsm_verify.report.coverage import coverage_text
+
+        return coverage_text(self.wrapped)
+
+    @property
+    def counts(self) -> dict[str, dict[str, int]]:
+        """How many goals there are, by kind and then by status."""
+        return {kind: dict(counts.items()) for kind, counts in self.wrapped.counts().items()}
+
+    @property
+    def exit_code(self) -> int:
+        """As of ``llfsm coverage``: 0, 1 where runs miss what is reachable, 4 where something is unknown."""
+        return self.wrapped.exit_code
+
+    def to_dict(self) -> dict[str, Json]:
+        """The JSON report (schema `coverage`) as dictionaries and lists."""
+        from llfsm_verify.report.coverage import coverage_object
+
+        return coverage_object(self.wrapped)
 
 
 @dataclass(frozen=True, slots=True, repr=False)

@@ -11,7 +11,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Unpack, cast, overload
 
-from llfsm_verify.api.answers import LintReport, QueryAnswer, RecordingOutcome, ReplayOutcome
+from llfsm_verify.api.answers import CoverageReport, LintReport, QueryAnswer, RecordingOutcome, ReplayOutcome
 from llfsm_verify.api.monitors import MonitorSet, monitors_of
 from llfsm_verify.api.options import (
     CheckOptions,
@@ -221,6 +221,20 @@ class Model:
             raise ValueError("the option `max_states` is for the reachable configurations, which `local` leaves alone")
         atoms = bind(self.wrapped, read_properties(properties, syntax)).atoms
         return LintReport(lint(self.wrapped, limits_of(given), local=local, atoms=atoms))
+
+    def coverage(self, *traces: str | Path, **options: Unpack[LimitOptions]) -> CoverageReport:
+        """What the runs in these saved traces and recordings cover: states, transitions, branches and conditions
+        (masking MC/DC), and which of the others no run can.
+
+        Without `max_states`, a million configurations are explored. Raises as `check` does, and `DiagnosticError` for
+        runs of another arrangement.
+        """
+        from llfsm_verify.analysis.coverage.measure import coverage
+        from llfsm_verify.runtime.recording.covering import covered_by
+
+        limits = limits_of(checked("coverage", options, LimitOptions))
+        covered = covered_by(self.wrapped, [str(path) for path in traces])
+        return CoverageReport(coverage(self.wrapped, covered.seen, covered.runs, limits))
 
     def simulate(
         self,

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.resources import files
 
+from llfsm_verify.analysis.coverage import CODES as COVERAGE
 from llfsm_verify.arrangement.codes import CODES as ARRANGEMENT
 from llfsm_verify.arrangement.suppressions import CODES as LINT
 from llfsm_verify.engines.explicit.checkpoints import CODES as CHECKPOINTS
@@ -117,6 +118,7 @@ SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("Guards", GUARDS),
     ("Tests with random runs", TESTING),
     ("Runs and recordings", {**RECORDINGS, **RUNS, **TIMELINES, **PORTS, **LOGS, **AUDIT, **TARGETS}),
+    ("Coverage and test vectors", COVERAGE),
     ("Faults of a run", FAULTS),
     ("Findings of `llfsm lint`", LINT),
 )

@@ -12,6 +12,7 @@ from llfsm_verify.report.entry import Failed, ReportEntry
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
+    from llfsm_verify.analysis.coverage.result import Coverage
     from llfsm_verify.analysis.lint.finding import LintResult
     from llfsm_verify.arrangement.model import Arrangement
     from llfsm_verify.checking.verdict import Result
@@ -53,6 +54,7 @@ class Reports:
     result: Registry[Callable[[Result, Arrangement, Style], Written]]
     """Of `llfsm verify`."""
     lint: Registry[Callable[[LintResult, Arrangement, Style], Written]]
+    coverage: Registry[Callable[[Coverage, Arrangement, Style], Written]]
     query: Registry[Callable[[QueryResult, Arrangement, Style], Written]]
     access: Registry[Callable[[Arrangement, str], str]]
     """Of `llfsm access`; the second is the digest of the policy."""
@@ -90,6 +92,14 @@ REPORTS = Reports(
             ReportEntry("json", "llfsm_verify.report.lint:report_json", "one object, schema `lint`"),
         ],
         f"{GROUPS}.lint",
+    ),
+    coverage=Registry(
+        "report format",
+        [
+            ReportEntry("text", "llfsm_verify.report.coverage:report", "for people"),
+            ReportEntry("json", "llfsm_verify.report.coverage:report_json", "one object, schema `coverage`"),
+        ],
+        f"{GROUPS}.coverage",
     ),
     query=Registry(
         "report format",

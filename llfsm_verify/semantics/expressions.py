@@ -7,6 +7,7 @@ from fractions import Fraction
 from functools import partial
 from math import floor
 from typing import TYPE_CHECKING
+from typing import Literal as OneOf
 
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language import types as lt
@@ -136,12 +137,33 @@ class Code:
             self.out.append(Fault(self.context.fault(code, message, span, variable), condition))
 
     def watch(self, e: Expression, value: Expr) -> None:
-        """Where steps are probed: tell what the condition `e` is here."""
+        """Where steps are probed, and not only whole decisions: tell what the operand `e` is here."""
+        if self.context.probes is not None and not self.context.probes.decisions:
+            self._watch(e, value)
+
+    def _watch(self, e: Expression, value: Expr) -> None:
         probes = self.context.probes
         if probes is not None and self.control.scheduled:
             from llfsm_verify.semantics.probes import Probe
 
             self.out.extend(probes.watch(Probe("condition", self.control.machine.name, e.span), value, e))
+
+    def condition(self, e: Expression) -> Expr:
+        """The value of the condition of an `if` or a `?:`; where steps are probed, it is told."""
+        value = self._decision(e, "condition", -1, -1)
+        self._watch(e, value)
+        return value
+
+    def _decision(self, e: Expression, kind: OneOf["guard", "condition"], state: int, number: int) -> Expr:
+        """The value of a decision; where decisions are probed, its conditions are told."""
+        probes, machine = self.context.probes, self.control.machine.name
+        if probes is None or not probes.decisions or not self.control.scheduled or machine in probes.passed_over:
+            return self.expr(e)
+        from llfsm_verify.semantics.decisions import decided
+        from llfsm_verify.semantics.probes import Probe
+
+        span = self.control.states[state].transitions[number].span if kind == "guard" else e.span
+        return decided(self, e, Probe(kind, machine, span, state, number), probes)
 
     # ------------------------------------------------ expressions
 
@@ -154,14 +176,17 @@ class Code:
             value = self._expr(e)
         except TooWideError:
             raise too_wide(e.span) from None
-        parts = self.context.parts
+        parts, probes = self.context.parts, self.context.probes
+        if probes is not None and id(e) in probes.marks:
+            value = self.let(value)
+            self.out.append(Let(probes.marks[id(e)], value))
         return value if parts is None or not parts.open else self._told(parts, e, value)
 
-    def guard(self, e: Expression) -> Expr:
-        """The value of a guard, in a temporary."""
+    def guard(self, e: Expression, state: int, number: int) -> Expr:
+        """The value of the guard of transition `number` of a state, in a temporary."""
         parts = self.context.parts
         if parts is None:
-            return self.let(self.expr(e))
+            return self.let(self._decision(e, "guard", state, number))
         parts.open = True
         try:
             return self.let(self.expr(e))
@@ -282,8 +307,7 @@ class Code:
         return result
 
     def _conditional(self, e: Conditional) -> Expr:
-        condition = self.expr(e.condition)
-        self.watch(e.condition, condition)
+        condition = self.condition(e.condition)
         first, second = self.inner(), self.inner()
         then, otherwise = sides(e, first.expr(e.then), second.expr(e.otherwise))
         if not first.out and not second.out:

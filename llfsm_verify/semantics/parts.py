@@ -39,7 +39,7 @@ class Parts:
 
     def tell(self, control: Control, e: Expression, value: Expr) -> Stmt:
         """The statement that tells what `e` is."""
-        return self._told(control, Part(_text(e), _kind(e.type), _labels(e.type)), value)
+        return self._told(control, Part(written(e), _kind(e.type), _labels(e.type)), value)
 
     def tell_clock(self, control: Control, value: Expr) -> Stmt:
         """The statement that tells what a clock shows."""
@@ -50,7 +50,7 @@ class Parts:
         return emit(control, PART, const(len(self.found) - 1), value)
 
 
-def _text(e: Expression) -> str:
+def written(e: Expression) -> str:
     """As it is written, with the brackets of its first and last operands, which the span of an operation leaves out."""
     source, start, end = e.span.source.text, e.span.start, e.span.end
     depths = [0, *accumulate({"(": 1, ")": -1}.get(sign, 0) for sign in source[start:end])]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from llfsm_verify.diagnostics import Span
@@ -12,6 +12,7 @@ from llfsm_verify.program.program import (
     Const,
     Expr,
     If,
+    Local,
     Set,
     Stmt,
 )
@@ -19,7 +20,7 @@ from llfsm_verify.program.terms import TRUE
 
 DEAD = "$dead"
 """The variable that is true from the step on that would have ended in a fault."""
-Kind = Literal["spent", "fired", "guard", "alone", "both", "condition", "fault", "action"]
+Kind = Literal["spent", "fired", "guard", "alone", "both", "condition", "fault", "action", "deciding"]
 ACTIONS = ("exit", "internal", "on_suspend", "on_resume")
 """The events of the actions that may never run; `on_entry` runs wherever turns are spent."""
 
@@ -32,7 +33,9 @@ class Probe:
     transition's guard is when it is evaluated. `alone`: what it is at that point of the ringlet, whatever the guards
     before it are; `both`: it and that of transition `other`, which comes later, are true (1 only). `condition`: an
     `if`, a `?:` or an operand of `&&` and `||`, at `span`. `fault`: check `number` of the program's faults fails.
-    `action`: action `number` of ACTIONS of `state` runs (1 only).
+    `action`: action `number` of ACTIONS of `state` runs (1 only). `deciding`: what a condition of the decision is that
+    has this `span`, `state` and `number`, where it decides (`semantics.decisions`); `other` says which condition and in
+    which situation.
     """
 
     kind: Kind
@@ -51,11 +54,37 @@ class Outcome:
     value: int
 
 
-class Probes:
-    """Collects the probes of one lowering. `wide`: also those of guards alone."""
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """A leaf of a decision. `situations`: in how many ways what is compared with it can come out; 0: too many."""
 
-    def __init__(self, *, wide: bool) -> None:
+    span: Span
+    text: str
+    situations: int
+
+
+SITUATIONS = 1 << 8
+
+
+def deciding(decision: Probe, condition: int, situation: int) -> Probe:
+    """The probe of condition number `condition` of a decision."""
+    return replace(decision, kind="deciding", other=condition * SITUATIONS + situation)
+
+
+class Probes:
+    """Collects the probes of one lowering. `wide`: also those of guards alone. `decisions`: those of decisions and
+    their conditions, in the place of operands, actions and checks; of the machines in `passed_over` none."""
+
+    def __init__(
+        self, *, wide: bool = False, decisions: bool = False, passed_over: frozenset[str] = frozenset()
+    ) -> None:
         self.wide = wide
+        self.decisions = decisions
+        self.passed_over = passed_over
+        self.conditions: dict[Probe, tuple[Condition, ...]] = {}
+        """Those of each decision, in the order of its text."""
+        self.marks: dict[int, Local] = {}
+        """Of a decision that is lowered now: where the value of an expression (its `id`) is kept."""
         self.muted = False
         """What is lowered now is not an evaluation of the arrangement's own."""
         self.outputs: dict[Outcome, str] = {}
@@ -65,7 +94,7 @@ class Probes:
 
     def watch(self, probe: Probe, value: Expr, written: Expression | None = None) -> Block:
         """Statements that tell what `value` is at `probe`, which `written` stands at."""
-        if self.muted:
+        if self.muted or probe.machine in self.passed_over or (self.decisions and probe.kind == "action"):
             return ()
         if written is not None:
             self.expressions[probe] = written

@@ -261,7 +261,7 @@ def _guards(control: Control, index: int, code: Code) -> Local:
     code.out.append(Let(done, const(0)))
     for number, transition in enumerate(transitions):
         inner = code.inner()
-        guard = inner.guard(transition.guard)
+        guard = inner.guard(transition.guard, index, number)
         inner.out.append(emit(control, "guard", const(index), const(number), guard))
         inner.out += _probe(code, "guard", index, number, guard)
         inner.branch(guard, (Let(done, const(number + 1)),))

@@ -32,8 +32,7 @@ def _statement(code: Code, s: Statement) -> None:
     elif isinstance(s, Declare):
         _declare(code, s)
     elif isinstance(s, IfElse):
-        condition = code.expr(s.condition)
-        code.watch(s.condition, condition)
+        condition = code.condition(s.condition)
         then, otherwise = code.inner(), code.inner()
         run(then, s.then)
         run(otherwise, s.otherwise)

@@ -28,7 +28,7 @@ from llfsm_verify.program.program import (
 from llfsm_verify.program.terms import FALSE, TRUE, op
 from llfsm_verify.program.trees import statements, stop_at_faults, while_fine
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.probes import DEAD, Outcome, Probe, Probes
+from llfsm_verify.semantics.probes import DEAD, Condition, Outcome, Probe, Probes
 
 ALIVE = op("not", Get(DEAD, None, BOOL))
 
@@ -41,6 +41,7 @@ class Probed:
     program: Program
     outputs: dict[Outcome, str]
     expressions: dict[Probe, Expression]
+    conditions: dict[Probe, tuple[Condition, ...]]
     has_faults: bool
     """There is a variable DEAD."""
 
@@ -50,12 +51,20 @@ class Probed:
         return any(o.probe.kind == "alone" for o in self.outputs)
 
 
-def probed(arrangement: Arrangement, *, wide: bool, keep_all_bits: bool = False) -> Probed:
-    """The step program of `arrangement` with its probes; every ringlet is a step (whatever `observe` says).
+def probed(
+    arrangement: Arrangement,
+    *,
+    wide: bool = False,
+    decisions: bool = False,
+    passed_over: frozenset[str] = frozenset(),
+    keep_all_bits: bool = False,
+) -> Probed:
+    """The step program of `arrangement` with its probes; every ringlet is a step (whatever `observe` says). `wide`,
+    `decisions`, `passed_over`: which (`Probes`).
 
     Raises DiagnosticError as `lower` does.
     """
-    probes = Probes(wide=wide)
+    probes = Probes(wide=wide, decisions=decisions, passed_over=passed_over)
     program = lower(replace(arrangement, observe="ringlet"), keep_all_bits=keep_all_bits, probes=probes)
     faulting = any(isinstance(s, Fault) for slot in program.slots for b in _blocks(slot) for s in statements(b))
     slots = tuple(_without_faults(program, slot, probes) for slot in program.slots) if faulting else program.slots
@@ -75,7 +84,7 @@ def probed(arrangement: Arrangement, *, wide: bool, keep_all_bits: bool = False)
         atoms=tuple(Atom(name, name, FALSE) for name in probes.outputs.values()),
         fairness=(),
     )
-    return Probed(made, probes.outputs, probes.expressions, faulting)
+    return Probed(made, probes.outputs, probes.expressions, probes.conditions, faulting)
 
 
 # ---------------------------------------------------------------- faults become outcomes
@@ -109,6 +118,8 @@ def _told(block: Block, program: Program, machine: str, probes: Probes) -> Block
     """A block in which checks tell how they come out, and what follows one that fails is left out."""
 
     def tell(fault: Fault) -> Stmt:
+        if probes.decisions:
+            return If(fault.when, (Set(DEAD, None, TRUE),))
         probe = Probe("fault", machine, program.faults[fault.fault].span, number=fault.fault)
         failed: Block = (probes.tell(probe, 1), Set(DEAD, None, TRUE))
         return If(fault.when, failed, (probes.tell(probe, 0),))

@@ -38,6 +38,7 @@ HELP = (
     "kripke",
     "check",
     "lint",
+    "coverage",
     "query",
     "init",
     "schema",

@@ -281,6 +281,11 @@ PROVOKED: dict[str, Provoked] = {
             "k_0: {type: bool, role: input}, k: {type: {array: bool, size: 2}, role: input}, x: {type: bool}",
         ),
     ),
+    "E520": Provoked((SAVE, "echo >> a.yaml", "llfsm coverage a.yaml safe.trace.yaml"), LAMP),
+    "E521": Provoked(
+        (SAVE, "sed -i 's/choices: {go: true}/choices: {}/' safe.trace.yaml", "llfsm coverage a.yaml safe.trace.yaml"),
+        LAMP,
+    ),
     "E505": Provoked((BUILD.replace("made", "."),), LAMP | {"a.c": "int x;\n"}),
     "E506": Provoked((f"{BUILD.replace('none', 'avr')} --pins pins.yaml",), LAMP | {"pins.yaml": "pins: {go: PB9}\n"}),
     "E507": Provoked((f"{BUILD.replace('none', 'avr')} --clock-hz 4000",), LAMP),

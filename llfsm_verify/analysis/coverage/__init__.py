@@ -1,1 +1,11 @@
 """What runs cover of an arrangement, and short runs that cover what can be covered."""
+
+from typing import Final
+
+OTHER: Final = "E520"
+UNCOUNTED: Final = "E521"
+
+CODES: Final = {
+    OTHER: "A run is of another arrangement than the one whose coverage is asked for.",
+    UNCOUNTED: "A run cannot be counted for coverage.",
+}

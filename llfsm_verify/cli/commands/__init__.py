@@ -54,6 +54,7 @@ COMMANDS = Commands(
         _folder("check", "verify", "check properties"),
         _folder("check", "check", "check the arrangements that changed files belong to"),
         _module("check", "lint", "find mistakes that no property asks about, by proof"),
+        _folder("check", "coverage", "say what runs cover, and what none can; find test vectors"),
         _module("check", "query", "find a run that reaches something, or prove that none does"),
         _module("check", "report", "write a page for a safety case"),
         _module("check", "check-recording", "decide properties on a recording"),

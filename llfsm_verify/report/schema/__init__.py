@@ -7,8 +7,8 @@ from typing import cast
 
 from llfsm_verify.registry import Entry, Registry
 
-NAMES = ("result", "monitor", "lint", "query", "simulation")
-OF_RESULT = ("lint", "query", "simulation")
+NAMES = ("result", "monitor", "lint", "coverage", "query", "simulation")
+OF_RESULT = ("lint", "coverage", "query", "simulation")
 """Their files leave out what they share with `result`: the definitions SHARED."""
 SHARED = ("failure", "diagnostic", "span", "sampled", "change", "cause", "step", "trace", "attempt", "proof", "inputs")
 
@@ -46,6 +46,7 @@ SCHEMAS: Registry[Callable[[str], dict[str, object]]] = Registry(
         Entry("result", _WRITTEN_BY_US, "`llfsm verify --format json`"),
         Entry("monitor", _WRITTEN_BY_US, "`llfsm monitor --as table`"),
         Entry("lint", _WRITTEN_BY_US, "`llfsm lint --format json`"),
+        Entry("coverage", _WRITTEN_BY_US, "`llfsm coverage --format json`"),
         Entry("query", _WRITTEN_BY_US, "`llfsm query --format json`"),
         Entry("simulation", _WRITTEN_BY_US, "`llfsm simulate --format json`"),
     ],

@@ -1,0 +1,27 @@
+"""The arguments of `llfsm coverage`."""
+
+from __future__ import annotations
+
+from llfsm_verify.cli import arguments as shared
+from llfsm_verify.cli.parser import Parser
+from llfsm_verify.report.formats import REPORTS
+
+
+def arguments(parser: Parser) -> None:
+    """Add the arguments of `llfsm coverage`."""
+    parser.about(
+        "Say which states, transitions, branches and conditions (masking MC/DC) runs cover, and which of the others no "
+        "run can, by proof.",
+        "llfsm coverage arrangement.yaml door.trace.yaml oven.rec",
+        "exit codes: 0 all that is reachable is covered, 1 something is not, 2 wrong usage, 3 input files wrong or "
+        "unreadable, 4 something is unknown, 70 internal error, 130 interrupted",
+    )
+    shared.arrangement(parser)
+    parser.add_argument(
+        "traces", metavar="TRACE", nargs="*", default=[],
+        help="files that --save-traces or `llfsm run --record` wrote; together",
+    )  # fmt: skip
+    shared.choice(parser, "--format", REPORTS.coverage, "how to report")
+    shared.max_states(parser, "end the exploration after N configurations (default: 10^6)")
+    shared.memory_and_timeout(parser, "end the exploration")
+    shared.colour(parser)

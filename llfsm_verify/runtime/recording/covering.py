@@ -1,0 +1,85 @@
+"""What saved traces and recordings cover of an arrangement."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from llfsm_verify.analysis.coverage import OTHER, UNCOUNTED
+from llfsm_verify.analysis.coverage.measure import Performer
+from llfsm_verify.analysis.coverage.result import Run
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.replay.confirm import Misfit
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
+from llfsm_verify.runtime.recording.file import Recording, is_recording
+from llfsm_verify.runtime.recording.origin import arrangement_of, code_of, free_of, loaded_into
+from llfsm_verify.runtime.recording.replay import Differs, performed, ringlets
+from llfsm_verify.semantics.probes import Outcome
+from llfsm_verify.verification.replay import saved_run
+
+CHANGED: Final = "save it again with this arrangement, or name the arrangement as it was"
+
+
+@dataclass(frozen=True, slots=True)
+class Covered:
+    """What came out in the runs of some files."""
+
+    seen: frozenset[Outcome]
+    runs: tuple[Run, ...]
+
+
+def covered_by(arrangement: Arrangement, paths: Sequence[str]) -> Covered:
+    """Perform the runs in these files.
+
+    DiagnosticError: a file cannot be read, is of another arrangement (E520), or has no run that can be counted (E521).
+    """
+    seen: set[Outcome] = set()
+    runs = []
+    for path in paths:
+        performer = _recorded(path, arrangement) if is_recording(path) else _saved(path, arrangement)
+        seen |= performer.seen
+        runs.append(Run(path, performer.steps))
+    return Covered(frozenset(seen), tuple(runs))
+
+
+def _saved(path: str, arrangement: Arrangement) -> Performer:
+    def load(_: str, /, *, named_at: Span | None = None) -> Arrangement:
+        del named_at  # the command line says which arrangement it is
+        return arrangement
+
+    file, _, schedule = saved_run(path, arrangement.path, load)
+    if file.digest != arrangement.digest:
+        raise _other(path, arrangement)
+    performer = Performer(arrangement)
+    try:
+        performer.follow(schedule, open_end=file.fault is not None)
+    except Misfit as misfit:
+        raise _uncounted(path, f"the trace cannot be performed: {misfit}") from None
+    return performer
+
+
+def _recorded(path: str, arrangement: Arrangement) -> Performer:
+    with Recording(path) as recording:
+        if recording.header.get("digest") != arrangement.digest or loaded_into(recording):
+            raise _other(path, arrangement)
+        if recording.goes_on:
+            raise _uncounted(path, "the recording goes on with an earlier run, so it does not tell how that began")
+        ran = arrangement_of(recording, lambda _: arrangement, arrangement.path)
+        code, performer = code_of(recording, ran), Performer(ran)
+        free = free_of(recording, performer.probed.program)
+        try:
+            taken = ringlets(performed(recording, code), code, performer.probed.program)
+            performer.take(free.items(), (ringlet.move for ringlet in taken if ringlet.move.process is not None))
+        except Differs as differs:
+            raise _uncounted(path, f"the recording cannot be performed again: {differs}") from None
+    return performer
+
+
+def _other(path: str, arrangement: Arrangement) -> DiagnosticError:
+    message = f"this is a run of another arrangement than `{arrangement.name}` as it is in {arrangement.path}"
+    return DiagnosticError(Diagnostic(OTHER, message, hint=CHANGED, file=path))
+
+
+def _uncounted(path: str, why: str) -> DiagnosticError:
+    return DiagnosticError(Diagnostic(UNCOUNTED, why, hint="leave the file out", file=path))

@@ -1,0 +1,110 @@
+"""Coverage of small arrangements, whose goals are counted by hand, and of files of runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+import llfsm_verify as lv
+from llfsm_verify.analysis.coverage.measure import coverage
+from llfsm_verify.arrangement import build_arrangement
+from llfsm_verify.limits import Limits
+from llfsm_verify.report.schema import SCHEMAS
+from tests.cli.running import llfsm
+
+COUPLED = {
+    "name": "coupled",
+    "cycle_ms": "100",
+    "whiteboard": {"x": {"type": "0..9", "role": "input"}, "n": {"type": "0..3"}},
+    "machines": {
+        "m": {
+            "inline": {
+                "machine": "M",
+                "states": [
+                    {
+                        "name": "A",
+                        "on_entry": "n = 1;",
+                        "transitions": [{"when": "x > 3 || x > 5", "to": "B"}, {"when": "n == 0", "to": "B"}],
+                    },
+                    {"name": "B", "internal": "if (x > 3 && x > 5) { n = 2; }", "stays": True},
+                    {"name": "C", "stays": True},
+                ],
+            }
+        }
+    },
+    "schedule": ["m"],
+}
+
+
+def write(name: str, document: dict[str, object]) -> None:
+    Path(name).write_text(yaml.safe_dump(document, sort_keys=False))
+
+
+def statuses(found) -> dict[tuple[str, str, bool | None], str]:
+    return {(j.goal.kind, j.goal.text, j.goal.outcome): j.status for j in found.goals}
+
+
+@pytest.mark.slow
+def test_coupled_conditions_are_proved_impossible():
+    found = statuses(coverage(build_arrangement(COUPLED)))
+    # Where `x > 5` is true `x > 3` is true as well, so it never decides alone; in the `if` both do.
+    assert found["condition", "x > 5", None] == "reachable"
+    both = [j.status for j in coverage(build_arrangement(COUPLED)).goals if j.goal.kind == "condition"]
+    assert both == ["reachable", "unreachable", "reachable", "reachable"]
+    # `on_entry` runs before the guard is evaluated, so `n == 0` is never true there.
+    assert found["branch", "n == 0", True] == "unreachable"
+    assert found["branch", "n == 0", False] == "reachable"
+    assert found["transition", "A -> B when n == 0", None] == "unreachable"
+    assert found["state", "C", None] == "unreachable"
+
+
+def test_what_a_limit_leaves_is_unknown():
+    found = coverage(build_arrangement(COUPLED), limits=Limits(max_states=1))
+    assert not found.complete
+    assert {j.status for j in found.goals} == {"unknown", "reachable"}
+    assert found.exit_code == 4
+
+
+def test_runs_are_shortest_and_say_their_inputs():
+    found = coverage(build_arrangement(COUPLED))
+    entered = next(j for j in found.goals if (j.goal.kind, j.goal.text) == ("state", "B"))
+    (run,) = entered.runs
+    assert len(run) == 2
+    assert int(dict(run[0].choices)["x"]) > 3
+
+
+@pytest.mark.slow
+def test_traces_and_recordings_add_up(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write("a.yaml", COUPLED)
+    assert llfsm("run", "a.yaml", "--rate", "0", "--for", "1s", "--set", "x=9", "--record", "high.rec").returncode == 0
+    assert llfsm("verify", "a.yaml", "-p", "stay: G m@A", "--save-traces", ".").returncode == 1
+    model = lv.load("a.yaml")
+    alone, together = model.coverage("high.rec"), model.coverage("high.rec", "stay.trace.yaml")
+    seen = [{j.goal for j in report.wrapped.of("covered")} for report in (alone, together)]
+    assert seen[0] <= seen[1]
+    assert statuses(alone.wrapped)["branch", "x > 3 && x > 5", True] == "covered"
+    assert statuses(alone.wrapped)["branch", "x > 3 || x > 5", False] == "reachable"
+    assert alone.exit_code == 1
+    done = llfsm("coverage", "a.yaml", "high.rec")
+    assert done.returncode == 1
+    assert "decides alone in `x > 3 || x > 5`" in done.stdout and "high.rec: 10 steps" in done.stdout
+
+
+def test_the_object_fits_its_schema():
+    from jsonschema import validate
+
+    from llfsm_verify.report.coverage import coverage_object
+
+    validate(coverage_object(coverage(build_arrangement(COUPLED))), SCHEMAS.load("coverage")("coverage"))
+
+
+def test_runs_of_others_are_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write("a.yaml", COUPLED)
+    write("b.yaml", {**COUPLED, "cycle_ms": "200"})
+    assert llfsm("run", "a.yaml", "--rate", "0", "--for", "1s", "--record", "a.rec").returncode == 0
+    done = llfsm("coverage", "b.yaml", "a.rec")
+    assert (done.returncode, "E520" in done.stderr) == (3, True)
