@@ -18,6 +18,7 @@ Mistakes:
 from typing import Final
 
 from llfsm_verify.targets.c99.avr import CODES as AVR
+from llfsm_verify.targets.c99.verifying import CODES as VERIFYING
 
 IMPOSSIBLE: Final = "E503"
 SAME_NAME: Final = "E504"
@@ -36,4 +37,5 @@ CODES: Final = {
     TOO_LARGE: "The monitor of a property is too large for a target.",
     LEAVES_64: "What a property calculates may leave 64 bits, which a monitor of a target cannot say.",
     OF_C: "The name of an arrangement is one that the language of a target has.",
+    **VERIFYING,
 }

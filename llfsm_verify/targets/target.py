@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 from llfsm_verify.registry import Entry, Registry
 
 if TYPE_CHECKING:
+    from llfsm_verify.analysis.coverage.vectors import Vectors
     from llfsm_verify.arrangement.model import Arrangement
     from llfsm_verify.diagnostics import Source
     from llfsm_verify.targets.monitors import Watched
@@ -27,6 +28,10 @@ class Wanted:
     clock_hz: int = 16_000_000
     sources: tuple[Source, ...] = ()
     monitors: Watched | None = None
+    compiler: str = "cc"
+    """The command that compiles for `verify`, but for a microcontroller."""
+    emulator: str = ""
+    """The command that runs what it made; empty: this computer does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +42,31 @@ class Made:
     notes: tuple[str, ...]
     promise: tuple[str, ...] = ()
     """What is told before they are written."""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """Where a built image does not do what vectors say: sequence and step from 1 (step 0: the beginning)."""
+
+    sequence: int
+    step: int
+    field: str
+    expected: str
+    found: str
+
+    def __str__(self) -> str:
+        return (
+            f"sequence {self.sequence} differs in step {self.step}: "
+            f"{self.field} is {self.found}, expected {self.expected}"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Verified:
+    """What came of running a built image: lines for the user, and the first difference."""
+
+    lines: tuple[str, ...]
+    difference: Difference | None
 
 
 class Target(Protocol):
@@ -51,6 +81,11 @@ class Target(Protocol):
 
     def make(self, arrangement: Arrangement, wanted: Wanted) -> Made:
         """The files. `arrangement` is as `images.image_of` returns it. DiagnosticError: it has no meaning there."""
+        ...
+
+    def verify(self, arrangement: Arrangement, wanted: Wanted, made: Made, vectors: Vectors | None) -> Verified:
+        """What `made` does with vectors, or with those that are found here. DiagnosticError: a compiler or an emulator
+        is missing (E508), or it cannot be verified (E509)."""
         ...
 
 

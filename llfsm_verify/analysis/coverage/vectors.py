@@ -15,6 +15,8 @@ class Sequence:
     inputs: tuple[tuple[int, ...], ...]
     records: tuple[tuple[int, ...], ...]
     fault: int = 0
+    start: tuple[int, ...] = ()
+    """The values of `Vectors.fields` from which it goes on; empty: it begins as the program does."""
 
 
 @dataclass(frozen=True, slots=True)

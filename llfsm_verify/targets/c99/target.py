@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from llfsm_verify.analysis.coverage.vectors import Vectors
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.program.program import EventKind
@@ -15,7 +16,7 @@ from llfsm_verify.targets.c99.monitors import Monitors
 from llfsm_verify.targets.c99.names import foreign, identifier
 from llfsm_verify.targets.c99.worlds import RECORDING, WORLDS
 from llfsm_verify.targets.monitors import Watched
-from llfsm_verify.targets.target import Made, Wanted
+from llfsm_verify.targets.target import Made, Verified, Wanted
 
 
 class _C99:
@@ -26,16 +27,25 @@ class _C99:
 
     def make(self, arrangement: Arrangement, wanted: Wanted) -> Made:
         """See `Target`."""
-        counted = COUNTED if wanted.world in RECORDING else ()
-        image = image_for(arrangement, counted, wanted.monitors)
+        image = _image(arrangement, wanted)
         files = {f"{image.prefix}.h": image.header(), f"{image.prefix}.c": image.source()}
         made = WORLDS.load(wanted.world)(image, wanted)
         if image.monitors is None:
             return Made({**files, **made.files}, made.notes)
         return Made({**files, **image.monitors.files(MARK), **made.files}, made.notes, tuple(image.monitors.promise))
 
+    def verify(self, arrangement: Arrangement, wanted: Wanted, made: Made, vectors: Vectors | None) -> Verified:
+        """See `Target`."""
+        from llfsm_verify.targets.c99.verifying.verify import verify
+
+        return verify(_image(arrangement, wanted), wanted, made, vectors)
+
 
 C99 = _C99()
+
+
+def _image(arrangement: Arrangement, wanted: Wanted) -> Image:
+    return image_for(arrangement, COUNTED if wanted.world in RECORDING else (), wanted.monitors)
 
 
 def image_for(arrangement: Arrangement, counted: tuple[EventKind, ...] = (), watched: Watched | None = None) -> Image:

@@ -159,7 +159,7 @@ def test_a_folder_that_cannot_be_made_is_said(tmp_path):
         (["--target", "c", "--for", "none"], "-o/--output"),
         (["--target", "rust", "--for", "none", "-o", "x"], "there is no `rust`; there are: c"),
         (["--target", "c", "--for", "moon", "-o", "x"], "--for moon: c is made for none, posix"),
-        (["--target", "c", "--for", "none", "-o", "x", "--pins", "p.yaml"], "--pins is for --for avr, not none"),
+        (["--target", "c", "--for", "none", "-o", "x", "--pins", "p.yaml"], "--pins needs --for avr"),
         (["--target", "c", "--for", "avr", "-o", "x", "--clock-hz", "3"], "--clock-hz 3: the clock"),
         (["--target", "c", "--for", "none", "-o", ""], "--output needs the name of a folder"),
         (["--target", "c", "--for", "none", "-o", "x", "--cycle-ms", "0"], "--cycle-ms"),

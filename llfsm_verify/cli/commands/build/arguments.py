@@ -17,8 +17,8 @@ def arguments(parser: Parser) -> None:
         "Write an arrangement as a program for a machine without Python: what `llfsm run` does, in the target's "
         "language.",
         "llfsm build arrangement.yaml --target c --for none --output oven",
-        "exit codes: 0 written, 2 wrong usage, 3 input files wrong or unreadable, what has no meaning there, or the "
-        "files cannot be written",
+        "exit codes: 0 written, 1 the built image differs, 2 wrong usage, 3 input files wrong or unreadable, what has "
+        "no meaning there, files that cannot be written, or a compiler that is missing",
     )
     add = parser.add_argument
     worlds = "; ".join(f"{e.name}: {e.about}" for e in WORLDS.values())
@@ -33,4 +33,8 @@ def arguments(parser: Parser) -> None:
         parser, "--monitor", metavar="FILE", dest="properties", text="monitor the properties of this file on board"
     )
     shared.property_lines(parser, "one line of a property file, to monitor")
-    add("-o", "--output", metavar="FOLDER", required=True, help="write the files there, and replace no others")
+    add("--verify", action="store_true", help="compile it, run test vectors on it, and compare with a run here")
+    add("--vectors", metavar="FILE", help="verify: those of a file (default: all steps, where these are few, or drawn)")
+    add("--cc", metavar="COMMAND", default=PLAIN.compiler, help="verify: the compiler (default: %(default)s)")
+    add("--emulator", metavar="COMMAND", default="", help="verify: what runs it, such as qemu-arm")
+    add("-o", "--output", metavar="FOLDER", help="write the files there, and replace no others")

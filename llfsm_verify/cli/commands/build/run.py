@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import errno
+import shlex
 from argparse import Namespace
 from collections.abc import Mapping
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
@@ -16,6 +18,7 @@ from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing, special_kind
 from llfsm_verify.targets import UNWRITABLE
+from llfsm_verify.targets.c99.verifying.read import read_vectors
 from llfsm_verify.targets.images import image_of
 from llfsm_verify.targets.monitors import Watched, watched
 from llfsm_verify.targets.target import TARGETS, Wanted
@@ -27,47 +30,75 @@ _HINTS = {
     errno.ENAMETOOLONG: "give the arrangement a shorter `name:`, or name another folder",
 }
 
+PLAIN_OPTIONS = Namespace(
+    pins=None, mcu=PLAIN.mcu, clock_hz=PLAIN.clock_hz, vectors=None, cc=PLAIN.compiler, emulator=PLAIN.emulator
+)
+"""What options are where nobody gives them."""
+
 
 def run(options: Namespace) -> int:
-    """Returns 0; raises UsageError, or DiagnosticError: wrong files, what has no meaning in an image (E503, E504), or
-    files that cannot be written (E505)."""
+    """Returns 0, or 1: the built image differs from a run; raises UsageError, or DiagnosticError: wrong files, what has
+    no meaning in an image (E503, E504), files that cannot be written (E505), and what `Target` raises."""
     target = TARGETS.load(options.target)
     if options.world not in target.worlds:
         raise UsageError(f"--for {options.world[:40]}: {options.target} is made for {', '.join(target.worlds)}")
-    if options.output in ("", "-"):
-        raise UsageError("--output needs the name of a folder")
-    if not 1000 <= options.clock_hz <= 100_000_000:
-        raise UsageError(f"--clock-hz {options.clock_hz}: the clock of a microcontroller has 1000 to 100000000 Hz")
-    of_avr = [
-        f"--{name}"
-        for name in ("pins", "mcu", "clock-hz")
-        if options.world != "avr" and getattr(options, name.replace("-", "_")) != getattr(PLAIN, name.replace("-", "_"))
-    ]
-    if of_avr:
-        raise UsageError(f"{of_avr[0]} is for --for avr, not {options.world}")
+    wanted = _wanted(options)
     draft, given = open_draft(options.arrangement)
-    image = image_of(given, options.cycle_ms)
-    wanted = Wanted(
-        options.world,
-        pins=options.pins,
-        mcu=options.mcu,
-        clock_hz=options.clock_hz,
-        sources=draft.sources,
-        monitors=_watched(options, given, image),
-    )
-    made = target.make(image, wanted)
+    arrangement = image_of(given, options.cycle_ms)
+    wanted = replace(wanted, sources=draft.sources, monitors=_watched(options, given, arrangement))
+    made = target.make(arrangement, wanted)
     if made.promise:
         Output().plain("".join(f"{line}\n" for line in (*made.promise, "")))
     if given.environment is not None:
         tell("note: the model of the surroundings is left out: the inputs that it wrote come from the world")
-    folder = Path(options.output)
-    _refuse_others(folder, made.files, target.mark)
-    for name in _left_over(folder, made.files, target.mark):
-        tell(f"note: {folder / name} is from an earlier build, and no part of this one")
-    _write(folder, made.files)
-    lines = [*(f"written: {folder / name}" for name in made.files), "", *made.notes]
-    Output().plain("\n".join(lines) + "\n")
-    return 0
+    if options.output is not None:
+        folder = Path(options.output)
+        _refuse_others(folder, made.files, target.mark)
+        for name in _left_over(folder, made.files, target.mark):
+            tell(f"note: {folder / name} is from an earlier build, and no part of this one")
+        _write(folder, made.files)
+        lines = [*(f"written: {folder / name}" for name in made.files), "", *made.notes]
+        Output().plain("\n".join(lines) + "\n")
+    if not options.verify:
+        return 0
+    vectors = None if options.vectors is None else read_vectors(options.vectors)
+    verified = target.verify(arrangement, wanted, made, vectors)
+    Output().plain("\n".join(verified.lines) + "\n")
+    return 0 if verified.difference is None else 1
+
+
+def _wanted(options: Namespace) -> Wanted:
+    """UsageError: options that do not fit each other."""
+    if options.output in ("", "-") or (options.output is None and not options.verify):
+        raise UsageError("-o/--output needs the name of a folder")
+    if not 1000 <= options.clock_hz <= 100_000_000:
+        raise UsageError(f"--clock-hz {options.clock_hz}: the clock of a microcontroller has 1000 to 100000000 Hz")
+    changed = {name for name, value in vars(PLAIN_OPTIONS).items() if getattr(options, name) != value}
+    for names, needs, there in (
+        (("pins", "mcu", "clock_hz"), "--for avr", options.world == "avr"),
+        (("vectors", "cc", "emulator"), "--verify", options.verify),
+        (("cc", "emulator"), "another world than avr", options.world != "avr"),
+    ):
+        wrong = [name for name in names if name in changed]
+        if wrong and not there:
+            raise UsageError(f"--{wrong[0].replace('_', '-')} needs {needs}")
+    for name, least in (("cc", 1), ("emulator", 0)):
+        _check_command(f"--{name}", getattr(options, name), least)
+    return Wanted(
+        options.world, pins=options.pins, mcu=options.mcu, clock_hz=options.clock_hz, compiler=options.cc,
+        emulator=options.emulator,
+    )  # fmt: skip
+
+
+def _check_command(option: str, text: str, least: int) -> None:
+    """UsageError: these are not the words of a command."""
+    try:
+        words = shlex.split(text)
+    except ValueError:
+        words = []
+        least = 1
+    if len(words) < least:
+        raise UsageError(f"{option} needs a command")
 
 
 def _watched(options: Namespace, given: Arrangement, image: Arrangement) -> Watched | None:

@@ -21,7 +21,10 @@ from llfsm_verify.targets.c99.numbers import stored_as, written
 from llfsm_verify.targets.target import Made, Wanted
 from llfsm_verify.values import element_names
 
-FLAGS = ("-std=c99", "-Os", "-flto", "-mcall-prologues", "-fshort-enums", "-Wall", "-Wextra", "-Wconversion")
+FLAGS = (
+    "-std=c99", "-Os", "-ffunction-sections", "-Wl,--gc-sections", "-mrelax", "-mcall-prologues", "-fshort-enums",
+    "-Wall", "-Wextra", "-Wconversion",
+)  # fmt: skip
 """How it is compiled."""
 
 

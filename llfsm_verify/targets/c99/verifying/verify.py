@@ -1,0 +1,68 @@
+"""Whether a built image does what its program means, and what it costs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from llfsm_verify.analysis.coverage.vectors import Vectors
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.program.program import Program
+from llfsm_verify.targets.c99.avr.world import chip_of
+from llfsm_verify.targets.c99.image import Image
+from llfsm_verify.targets.c99.verifying import FAILED
+from llfsm_verify.targets.c99.verifying.run import Bench, Ran, bench
+from llfsm_verify.targets.c99.verifying.vectors import Unit, all_steps, drawn, program_mark
+from llfsm_verify.targets.target import Made, Verified, Wanted
+
+LARGEST = 2_500_000
+"""Values in all records that are compared one after the other."""
+
+
+def verify(image: Image, wanted: Wanted, made: Made, vectors: Vectors | None) -> Verified:
+    """See `Target`."""
+    chip = chip_of(wanted.mcu) if wanted.world == "avr" else None
+    where = bench(wanted.compiler, wanted.emulator, chip, wanted.clock_hz)
+    if vectors is not None and vectors.program != program_mark(image.program):
+        message = "the vectors are of another program"
+        raise DiagnosticError(Diagnostic(FAILED, message, hint="make them again from this arrangement"))
+    texts = (made.files[f"{image.prefix}.h"], made.files[f"{image.prefix}.c"])
+    found: dict[Unit, tuple[Ran, bool]] = {}
+    for unit in ("ringlet", "cycle") if vectors is None else (vectors.unit,):
+        every = all_steps(image.program, unit, _limit(image.program)) if vectors is None else None
+        ran = where.run(image, texts, vectors or every or drawn(image.program, unit))
+        found[unit] = ran, every is not None
+        if ran.difference is not None:
+            return Verified((f"On {where.name}: {ran.difference}.",), ran.difference)
+    counted = " and ".join(f"{ran.steps} {unit}s" for unit, (ran, _) in found.items())
+    lines = [f"Verified on {where.name}: {counted}, 0 differences.", *_about(found, drawn=vectors is None)]
+    if chip is not None:
+        lines += _costs(where, image, wanted, made, found)
+    return Verified(tuple(lines), None)
+
+
+def _limit(program: Program) -> int:
+    return LARGEST // max(1, sum(v.length or 1 for v in program.vars))
+
+
+def _about(found: dict[Unit, tuple[Ran, bool]], *, drawn: bool) -> Iterator[str]:
+    for unit, (_, every) in found.items() if drawn else ():
+        if every:
+            yield f"These are all {unit}s that there can be, with each combination of the inputs that they read."
+        else:
+            yield f"The inputs of these {unit}s were drawn, since there can be too many."
+
+
+def _costs(
+    where: Bench, image: Image, wanted: Wanted, made: Made, found: dict[Unit, tuple[Ran, bool]]
+) -> Iterator[str]:
+    assert where.chip is not None
+    flash, ram = where.sizes([(n, t) for n, t in made.files.items() if n.endswith((".c", ".h"))])
+    deepest = max(ran.stack for ran, _ in found.values())
+    yield (
+        f"Flash: {flash} of {where.chip.flash} bytes. RAM: {ram} of {where.chip.ram} bytes, and {deepest} of stack "
+        f"in a call."
+    )
+    for unit, (ran, every) in found.items():
+        took = ran.cycles * 1000 / wanted.clock_hz
+        text = f"{'Worst' if every else 'Largest measured'} {unit}: {ran.cycles} CPU cycles, {took:.3g} ms"
+        yield text + (f" of {float(image.program.period or 0):g} ms." if unit == "cycle" else ".")

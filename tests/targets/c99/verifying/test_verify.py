@@ -1,0 +1,293 @@
+"""Built images are run on vectors: what is equal, what differs and where, what is missing, and what it costs."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import pytest
+
+from llfsm_verify.analysis.coverage.vectors import Sequence, Vectors
+from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.targets.c99.avr.chips import CHIPS
+from llfsm_verify.targets.c99.image import Image
+from llfsm_verify.targets.c99.target import C99, image_for
+from llfsm_verify.targets.c99.verifying.harness import Harness
+from llfsm_verify.targets.c99.verifying.run import bench
+from llfsm_verify.targets.c99.verifying.vectors import all_steps, drawn
+from llfsm_verify.targets.images import image_of
+from llfsm_verify.targets.target import Wanted
+from tests.cli.running import llfsm
+from tests.targets.c99.avr.boards import needs_avr
+from tests.targets.c99.compiled import needs_gcc, write
+
+OVEN = "models/microwave/arrangement.yaml"
+EVERYTHING = "tests/targets/c99/everything.yaml"
+LINES = re.MULTILINE
+HERE = Path(__file__).parent
+NATIVE = bench("gcc -Wall -Wextra -Wconversion -pedantic -Werror")
+AVR = bench(chip=CHIPS["atmega328p"], clock_hz=16_000_000)
+SMALL = """
+name: small
+cycle_ms: 1000
+whiteboard:
+  go: {type: bool, init: false, role: input}
+  shown: {type: -3..300, init: -3, role: output}
+machines:
+  m:
+    inline:
+      machine: M
+      variables: {n: {type: 0..9, init: 4}}
+      states:
+        - {name: A, internal: "n = n + 1;", transitions: [{when: go, to: B}, {when: n == 8 and after(2), to: A}]}
+        - {name: B, on_entry: "shown = n * 33;", internal: "n = n / 2; shown = -n;",
+           transitions: [{when: not go, to: A}]}
+schedule: [m]
+"""
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    path = tmp_path_factory.mktemp("small") / "small.yaml"
+    path.write_text(SMALL)
+    return image_for(image_of(load_arrangement(path)))
+
+
+def texts(image: Image) -> tuple[str, str]:
+    source = image.source()
+    return image.header(), source
+
+
+@needs_gcc
+@pytest.mark.slow
+@pytest.mark.parametrize("unit", ["ringlet", "cycle"])
+def test_all_steps_of_a_small_image_are_equal_in_one_part_or_many(unit, small):
+    vectors = all_steps(small.program, unit)
+    assert vectors is not None
+    assert any(s.fault for s in vectors.sequences)
+    count = sum(len(s.inputs) for s in vectors.sequences)
+    assert NATIVE.run(small, texts(small), vectors).steps == count
+    parts = Harness(small, vectors, 300).parts
+    assert len(parts) > 3
+    assert sorted({run[0] for part in parts for run in part.runs}) == list(range(len(vectors.sequences)))
+
+
+def test_all_steps_are_those_that_the_executor_expands(small):
+    from llfsm_verify.backends.native.executor import NativeProgram
+
+    native, vectors = NativeProgram(small.program), all_steps(small.program, "ringlet")
+    assert vectors is not None
+    seen, todo, count = {native.layout.first()}, [native.layout.first()], 0
+    while todo:
+        for edge in native.successors(todo.pop()):
+            count += 1
+            if edge.status == 0 and edge.record not in seen:
+                seen.add(edge.record)
+                todo.append(edge.record)
+    assert sum(len(s.inputs) for s in vectors.sequences) == count
+    assert all_steps(small.program, "ringlet", count - 1) is None
+
+
+@needs_gcc
+@pytest.mark.slow
+def test_drawn_vectors_of_everything_are_equal():
+    image = image_for(image_of(load_arrangement(EVERYTHING)))
+    for unit in ("ringlet", "cycle"):
+        vectors = drawn(image.program, unit)
+        assert {s.fault for s in vectors.sequences} != {0}
+        assert NATIVE.run(image, texts(image), vectors).difference is None
+
+
+MUTANTS = [
+    (r"\+ 1\)", "+ 2)"), (r"\* 33", "* 34"), (r" > 9", " > 10"), (r"return 1;", "return 2;"),
+    (r"shown = 0?-?", "shown = 1 + "),
+    (r"entered_ = true", "entered_ = false"), (r"= small_m_A;", "= small_m_B;"), (r"/ 2", "/ 3"),
+    (r"done = 2", "done = 1"),
+    (r"control\.cycle = true", "control.cycle = false"), (r"\*state = before;", ""), (r"shown = \(-3\)", "shown = 3"),
+    (r"clock_ = 0", "clock_ = 1"), (r"\(int16_t\)", "(int8_t)"),
+]  # fmt: skip
+
+
+@needs_gcc
+@pytest.mark.slow
+def test_each_mutant_of_an_image_is_caught(small):
+    header, source = texts(small)
+    vectors = all_steps(small.program, "ringlet")
+    assert vectors is not None
+    lenient = bench("gcc -O0 -w")
+    for old, new in MUTANTS:
+        changed = re.sub(old, new, source)
+        assert changed != source, old
+        assert lenient.run(small, (header, changed), vectors).difference is not None, (old, new)
+
+
+@needs_avr
+@pytest.mark.slow
+def test_an_avr_does_the_same_and_catches_mutants(small):
+    header, source = texts(small)
+    vectors = all_steps(small.program, "ringlet")
+    assert vectors is not None
+    ran = AVR.run(small, (header, source), vectors)
+    assert (ran.difference, ran.steps) == (None, sum(len(s.inputs) for s in vectors.sequences))
+    assert 100 < ran.cycles < 3000
+    assert 10 < ran.stack < 120
+    for old, new in MUTANTS[:3]:
+        assert AVR.run(small, (header, re.sub(old, new, source)), vectors).difference is not None
+
+
+@needs_gcc
+def test_the_first_difference_is_told_with_its_place(small):
+    vectors = drawn(small.program, "ringlet", sequences=3, steps=9)
+    index = vectors.fields.index("shown")
+    second = vectors.sequences[1]
+    rows = [list(row) for row in second.records]
+    rows[4][index] += 1
+    changed = replace(second, records=tuple(map(tuple, rows)))
+    other = replace(vectors, sequences=(vectors.sequences[0], changed, vectors.sequences[2]))
+    found = NATIVE.run(small, texts(small), other).difference
+    assert found is not None
+    assert (found.sequence, found.step, found.field) == (2, 5, "shown")
+    assert int(found.expected) == int(found.found) + 1
+    wrong = replace(
+        vectors, sequences=(replace(second, inputs=second.inputs[:3], records=second.records[:2], fault=1),)
+    )
+    assert str(NATIVE.run(small, texts(small), wrong).difference) == (
+        "sequence 1 differs in step 3: status is OK, expected fault 1"
+    )
+
+
+def test_vectors_of_another_image_are_refused(small):
+    vectors = drawn(small.program, "ringlet", sequences=1, steps=2)
+    with pytest.raises(ValueError, match="have not the inputs"):
+        Harness(small, replace(vectors, fields=vectors.fields[1:]))
+
+
+@needs_avr
+@needs_gcc
+@pytest.mark.slow
+def test_the_microwave_is_small_beside_one_that_was_written_by_hand(capsys):
+    """Both have the same main; that the one by hand does the same is what vectors tell."""
+    arrangement = image_of(load_arrangement(OVEN))
+    image, made = image_for(arrangement), C99.make(arrangement, Wanted("avr"))
+    vectors = drawn(image.program, "cycle", sequences=20, steps=500)
+    hand = tuple((HERE / f"by_hand.{ending}").read_text() for ending in "hc")
+    assert NATIVE.run(image, hand, vectors, "outputs").difference is None
+    for old, new in (
+        ("+ 60", "+ 61"),
+        ("> 1)", "> 2)"),
+        ("<= 120", "<= 20"),
+        ("door_open ? 2 : 1", "1"),
+        ("!= 1)", "!= 0)"),
+    ):
+        assert old in hand[1]
+        wrong = hand[1].replace(old, new)
+        assert NATIVE.run(image, (hand[0], wrong), vectors, "outputs").difference is not None, old
+    ours = AVR.sizes([(n, t) for n, t in made.files.items() if n.endswith((".c", ".h"))])
+    main = made.files["microwave_main.c"]
+    theirs = AVR.sizes([("microwave.h", hand[0]), ("microwave.c", hand[1]), ("microwave_main.c", main)])
+    with capsys.disabled():
+        sys.stdout.write(
+            f"\nmicrowave: {ours[0]} bytes of flash and {ours[1]} of RAM; by hand {theirs[0]} and {theirs[1]}\n"
+        )
+    assert theirs[0] < ours[0] < 2048
+    assert theirs[1] < ours[1] < 64
+
+
+# ------------------------------------------------------------ the command
+
+
+def said(*words: str) -> tuple[int, str, str]:
+    done = llfsm("build", *words)
+    return done.returncode, done.stdout, done.stderr
+
+
+@pytest.fixture
+def path(tmp_path) -> str:
+    (tmp_path / "small.yaml").write_text(SMALL)
+    return str(tmp_path / "small.yaml")
+
+
+@needs_gcc
+@pytest.mark.slow
+def test_the_command_says_what_was_compared_and_that_it_is_all(path):
+    code, out, err = said(path, "--target", "c", "--for", "none", "--verify")
+    assert (code, err) == (0, "")
+    assert re.fullmatch(
+        r"Verified on cc: \d+ ringlets and \d+ cycles, 0 differences\.\n"
+        r"These are all ringlets that there can be, .*\nThese are all cycles that there can be, .*\n", out
+    )  # fmt: skip
+
+
+@needs_avr
+@pytest.mark.slow
+def test_the_command_tells_costs_on_an_avr(path, tmp_path):
+    (tmp_path / "pins.yaml").write_text("pins: {go: PB0}\n")
+    code, out, err = said(path, "--target", "c", "--for", "avr", "--verify")
+    assert (code, err) == (0, "")
+    assert re.search(r"^Verified on simavr \(atmega328p\): \d+ ringlets and \d+ cycles, 0 differences\.$", out, LINES)
+    assert re.search(r"^Flash: \d+ of 32768 bytes\. RAM: \d+ of 2048 bytes, and \d+ of stack in a call\.$", out, LINES)
+    assert re.search(r"^Worst cycle: \d+ CPU cycles, [\d.]+ ms of 1000 ms\.$", out, LINES)
+
+
+@needs_gcc
+@pytest.mark.slow
+def test_vectors_of_a_file_are_run(path, small, tmp_path):
+    vectors = drawn(small.program, "ringlet", sequences=2, steps=5)
+    file = tmp_path / "v.json"
+
+    def ask(given: Vectors) -> tuple[int, str, str]:
+        file.write_text(json.dumps(asdict(given)))
+        return said(path, "--target", "c", "--for", "none", "--verify", "--vectors", str(file))
+
+    program = image_for(image_of(load_arrangement(path))).program
+    mine = drawn(program, "ringlet", sequences=2, steps=5)
+    assert ask(mine) == (0, "Verified on cc: 10 ringlets, 0 differences.\n", "")
+    first = mine.sequences[0]
+    records = (tuple(v + (mine.fields[i] == "m.n") for i, v in enumerate(first.records[0])), *first.records[1:])
+    code, out, err = ask(replace(mine, sequences=(replace(first, records=records),)))
+    assert (code, err) == (1, "")
+    assert out.startswith("On cc: sequence 1 differs in step 1: m.n is 5, expected 6")
+    code, _, err = ask(replace(mine, program="x"))
+    assert (code, "error[E509]: the vectors are of another program" in err) == (3, True)
+    for text in ("{", "[]", json.dumps(asdict(replace(vectors, sequences=(Sequence(((1, 2),), ((1,),)),))))):
+        file.write_text(text)
+        code, _, err = said(path, "--target", "c", "--for", "none", "--verify", "--vectors", str(file))
+        assert (code, "error[E509]: this is no file of vectors" in err) == (3, True)
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "told"),
+    [
+        (["--for", "none", "--verify", "--cc", "no-such-cc"], 3, "error[E508]: `no-such-cc` is not installed"),
+        (["--for", "none", "--verify", "--emulator", "no-such"], 3, "error[E508]: `no-such` is not installed"),
+        (["--for", "none", "--verify", "--cc", "false"], 3, "error[E509]: false fails"),
+        (["--for", "none", "--verify", "--cc", ""], 2, "--cc needs a command"),
+        (["--for", "none", "--cc", "gcc", "-o", "x"], 2, "--cc needs --verify"),
+        (["--for", "avr", "--verify", "--cc", "clang"], 2, "--cc needs another world than avr"),
+        (["--for", "none"], 2, "-o/--output needs the name of a folder"),
+        (["--for", "none", "--pins", "p.yaml", "-o", "x"], 2, "--pins needs --for avr"),
+    ],
+)
+def test_what_is_missing_is_told(words, code, told, path):
+    found, out, err = said(path, "--target", "c", *words)
+    assert (found, out) == (code, "")
+    assert told in err
+
+
+@needs_gcc
+def test_an_image_that_does_not_end_or_answer_is_told(small, monkeypatch):
+    header, source = texts(small)
+    vectors = drawn(small.program, "ringlet", sequences=1, steps=3)
+    monkeypatch.setattr("llfsm_verify.targets.c99.verifying.run.SECONDS", 0.2)
+    stuck = re.sub(r"(small_step\(.*\)\n\{)", r"\1 for (;;) { }", source)
+    with pytest.raises(DiagnosticError, match=r"takes more than 0.2 seconds"):
+        bench("gcc -w").run(small, (header, stuck), vectors)
+
+
+def test_written_images_are_those_that_are_verified(small, tmp_path):
+    write(small, tmp_path)
+    assert (tmp_path / "small.c").read_text() == texts(small)[1]
