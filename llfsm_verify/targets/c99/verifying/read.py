@@ -28,7 +28,7 @@ def read_vectors(path: str) -> Vectors:
         found = None
     if found is None or not _fits(found):
         raise DiagnosticError(
-            Diagnostic(FAILED, "this is no file of vectors", hint="`llfsm coverage` writes them", file=path)
+            Diagnostic(FAILED, "this is not a file of vectors", hint="`llfsm coverage` writes them", file=path)
         )
     return found
 
