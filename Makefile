@@ -57,9 +57,10 @@ bench: $(VENV)/.verify ## Two tables: llfsm-verify beside SPIN, NuSMV (where ins
 	$(BIN)/python -m benchmarks.table $(if $(WRITE),--write $(WRITE))
 	$(BIN)/python -m benchmarks.practice $(if $(WRITE),--write $(WRITE))
 
-bench-executor: $(VENV)/.verify ## Speed of the executor and of its compiler
+bench-executor: $(VENV)/.verify ## Speed of the executor, of its compiler, and of images in C beside it
 	$(BIN)/python benchmarks/pingpong.py
 	$(BIN)/python benchmarks/compiling.py
+	$(BIN)/python -m benchmarks.images
 
 bench-running: $(VENV)/.verify ## Runs and whiteboards beside ROS 1 (where installed), queues, raw memory; WRITE=docs/benchmarks.md
 	$(BIN)/python -m benchmarks.running $(if $(WRITE),--write $(WRITE))

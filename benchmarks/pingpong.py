@@ -32,12 +32,17 @@ _MACHINE = """\
 """
 
 
-def pingpong(machines: int) -> Program:
-    """An arrangement of so many ping-pong machines, loaded and lowered."""
+def text_of(machines: int) -> str:
+    """An arrangement of so many ping-pong machines."""
     schedule = ", ".join(f"m{i}" for i in range(machines))
     text = f"name: pingpong_{machines}\nmachines:\n"
     text += "".join(_MACHINE.format(i=i) for i in range(machines))
-    return lower(load_arrangement_text(text + f"schedule: [{schedule}]\n"))
+    return text + f"schedule: [{schedule}]\n"
+
+
+def pingpong(machines: int) -> Program:
+    """The same, loaded and lowered."""
+    return lower(load_arrangement_text(text_of(machines)))
 
 
 def plain_python(machines: int, ringlets: int) -> float:

@@ -14,6 +14,7 @@ import pytest
 from benchmarks import (
     chain,
     engines,
+    images,
     lift,
     models,
     naive,
@@ -382,7 +383,16 @@ F p0\tG\t2\tcycle{p0}\t2\t1
 
 
 def test_every_script_is_run_by_a_test():
-    assert {path.stem for path in (ROOT / "benchmarks").glob("*.py")} == SCRIPTS.keys() | OF_THE_TABLE
+    assert {path.stem for path in (ROOT / "benchmarks").glob("*.py")} == SCRIPTS.keys() | OF_THE_TABLE | {"images"}
+
+
+@pytest.mark.slow
+@needs("gcc")
+def test_images_are_measured_beside_the_executor():
+    _, arrangement, held = next(row for row in images.subjects() if row[0] == "traffic_lights")
+    assert len(images.measure(arrangement, held, 2_000, 1)) == 3
+    with pytest.raises(SystemExit, match="different records"):
+        images.measure(arrangement, held, 2_000, 1, off=1)
 
 
 @pytest.mark.long
