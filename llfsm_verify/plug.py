@@ -1,11 +1,11 @@
 """What an extension, or another package, may know of us besides the front door: the protocols of what can be added.
 
 An engine, a kind of port, a reader and a writer of arrangements, a format of Kripke structures, a model for another
-checker, a report, a reader of logs, a format of timelines, a drawing, a command and a front end of the debugger each
-have a registry, an entry and a protocol here (docs/plugs.md). As in the front door, each name is imported when it is
-first asked for. Lint rules have no registry. The functions beside these (`find_accepting_lasso`, `mask`, `moves_of` and
-others), which the examples use, may change, and so may what walks step programs and formulas (`fold`, `op`, `mapped`
-and others).
+checker, a report, a reader of logs, a format of timelines, a drawing, a target, a command and a front end of the
+debugger each have a registry, an entry and a protocol here (docs/plugs.md). As in the front door, each name is imported
+when it is first asked for. Lint rules have no registry. The functions beside these (`find_accepting_lasso`, `mask`,
+`moves_of` and others), which the examples use, may change, and so may what walks step programs and formulas (`fold`,
+`op`, `mapped` and others).
 """
 
 from __future__ import annotations
@@ -158,6 +158,8 @@ if TYPE_CHECKING:
     from llfsm_verify.runtime.ports.port import Kind as PortKind
     from llfsm_verify.runtime.recording.timeline import Row as TimelineRow
     from llfsm_verify.runtime.recording.timeline import Signal, Timeline
+    from llfsm_verify.targets.target import TARGETS, Made, Target
+    from llfsm_verify.targets.target import Wanted as TargetWanted
     from llfsm_verify.values import Shown, Value, text
     from llfsm_verify.verification.engines import ENGINES, EngineEntry, Turn
     from llfsm_verify.yaml.fields import Report
@@ -284,6 +286,7 @@ _PLACES = {
     "runtime.ports.line_port": ("LinePort",),
     "runtime.ports.port": ("PORTS", "Kind as PortKind", "Link", "Port", "Started", "Unopened", "whole_number"),
     "runtime.recording.timeline": ("Row as TimelineRow", "Signal", "Timeline"),
+    "targets.target": ("TARGETS", "Made", "Target", "Wanted as TargetWanted"),
     "values": ("Shown", "Value", "text"),
     "verification.engines": ("ENGINES", "EngineEntry", "Turn"),
     "yaml.fields": ("Report",),
@@ -295,29 +298,29 @@ _PLACES = {
 __all__ = [
     "ARRANGEMENTS", "BOOL", "CAUSE_MARK", "CLAIMED", "COMMANDS", "CONTRADICTED", "COUNT", "DRAWINGS", "ENGINES",
     "FALSE", "FAULT", "FILE", "FLAG", "FRONT_ENDS", "LOGS", "MACHINES", "MODELS", "NO_GRAPHVIZ", "NUMBER", "PORTS",
-    "REPORTS", "SECONDS", "STRUCTURES", "SWITCH", "TIMELINES", "TRUE", "TRUTHS", "UNREADABLE", "WHEN", "WRITERS",
-    "WRONG_PORT", "Answer", "Arrangement", "ArrangementDraft", "Automaton", "AutomatonEdge", "AutomatonTooLarge",
-    "Block", "Choice", "CommandEntry", "CommandParser", "Const", "DebugAnswer", "DebugError", "DebugSession",
-    "Draft", "DrawnEdge", "DrawnNode", "Editor", "Edits", "Element", "Emit", "EngineEntry", "EngineOption",
-    "EngineOptions", "Entry", "Execution", "Exploration", "Expr", "Fault", "FaultFinding", "Field", "Formula",
-    "FormulaOp", "Get", "Given", "GivenArrangement", "Goal", "Graph", "Holds", "If", "InstanceDraft", "Int",
-    "Interpreter", "Ite", "Json", "Key", "Lazy", "Let", "Letter", "LimitReached", "LinePort", "Link", "LintResult",
-    "Local", "MachineDraft", "Move", "NewMachine", "NewState", "NoColumn", "Node", "Op", "OpName", "Output",
-    "Package", "ParameterDraft", "Port", "PortKind", "PrefixMonitor", "ProcessDraft", "Program", "PropertyResult",
-    "Reading", "Registry", "Report", "ReportEntry", "Result", "Row", "RowWriter", "Sample", "Scalar", "Schedule",
-    "Sequence", "Session", "Set", "Shown", "Signal", "Single", "Source", "Span", "Specification", "Started",
-    "StateDraft", "Stmt", "Style", "Switch", "SymbolicDefinitions", "Table", "Timeline", "TimelineRow", "Trace",
-    "TraceRow", "TransitionDraft", "Turn", "Type", "Uneditable", "Unknown", "Unopened", "Unreadable", "UsageError",
-    "Value", "Values", "Var", "VariableDraft", "Violated", "Wanted", "WhiteboardDraft", "Words", "Writer",
-    "Written", "add_premises", "all_codes", "all_of", "apply", "asked_text", "atom", "bad_prefixes_of",
-    "cell_text", "claim_of", "conjunction", "const", "decimal_text", "dot", "draft_data", "edges", "elements",
-    "evaluate", "expressions", "fault_text", "find_accepting_lasso", "fold", "get", "implied", "initial_letters",
-    "initial_text", "interval", "is_contradicted", "ite", "letters", "lines_of", "lint_diagnostic", "mapped",
-    "mark", "mask", "moves_of", "negation", "nnf", "nodes", "observed_outputs", "op", "opened", "parse_command",
-    "parts", "portions", "postorder", "reached", "read_named", "read_source", "resumed_text", "ringlet", "scalars",
-    "sentences", "statements", "steps_known", "stop_at_faults", "structure_dot", "summary_text", "text", "tick",
-    "trace_rows", "translate", "typed", "under_assumptions", "vacuity_texts", "verdict_text", "ways",
-    "whole_number", "with_legend", "written",
+    "REPORTS", "SECONDS", "STRUCTURES", "SWITCH", "TARGETS", "TIMELINES", "TRUE", "TRUTHS", "UNREADABLE", "WHEN",
+    "WRITERS", "WRONG_PORT", "Answer", "Arrangement", "ArrangementDraft", "Automaton", "AutomatonEdge",
+    "AutomatonTooLarge", "Block", "Choice", "CommandEntry", "CommandParser", "Const", "DebugAnswer", "DebugError",
+    "DebugSession", "Draft", "DrawnEdge", "DrawnNode", "Editor", "Edits", "Element", "Emit", "EngineEntry",
+    "EngineOption", "EngineOptions", "Entry", "Execution", "Exploration", "Expr", "Fault", "FaultFinding", "Field",
+    "Formula", "FormulaOp", "Get", "Given", "GivenArrangement", "Goal", "Graph", "Holds", "If", "InstanceDraft",
+    "Int", "Interpreter", "Ite", "Json", "Key", "Lazy", "Let", "Letter", "LimitReached", "LinePort", "Link",
+    "LintResult", "Local", "MachineDraft", "Made", "Move", "NewMachine", "NewState", "NoColumn", "Node", "Op",
+    "OpName", "Output", "Package", "ParameterDraft", "Port", "PortKind", "PrefixMonitor", "ProcessDraft", "Program",
+    "PropertyResult", "Reading", "Registry", "Report", "ReportEntry", "Result", "Row", "RowWriter", "Sample",
+    "Scalar", "Schedule", "Sequence", "Session", "Set", "Shown", "Signal", "Single", "Source", "Span",
+    "Specification", "Started", "StateDraft", "Stmt", "Style", "Switch", "SymbolicDefinitions", "Table", "Target",
+    "TargetWanted", "Timeline", "TimelineRow", "Trace", "TraceRow", "TransitionDraft", "Turn", "Type", "Uneditable",
+    "Unknown", "Unopened", "Unreadable", "UsageError", "Value", "Values", "Var", "VariableDraft", "Violated",
+    "Wanted", "WhiteboardDraft", "Words", "Writer", "Written", "add_premises", "all_codes", "all_of", "apply",
+    "asked_text", "atom", "bad_prefixes_of", "cell_text", "claim_of", "conjunction", "const", "decimal_text", "dot",
+    "draft_data", "edges", "elements", "evaluate", "expressions", "fault_text", "find_accepting_lasso", "fold",
+    "get", "implied", "initial_letters", "initial_text", "interval", "is_contradicted", "ite", "letters",
+    "lines_of", "lint_diagnostic", "mapped", "mark", "mask", "moves_of", "negation", "nnf", "nodes",
+    "observed_outputs", "op", "opened", "parse_command", "parts", "portions", "postorder", "reached", "read_named",
+    "read_source", "resumed_text", "ringlet", "scalars", "sentences", "statements", "steps_known", "stop_at_faults",
+    "structure_dot", "summary_text", "text", "tick", "trace_rows", "translate", "typed", "under_assumptions",
+    "vacuity_texts", "verdict_text", "ways", "whole_number", "with_legend", "written",
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # a type checker shall find a name that there is not

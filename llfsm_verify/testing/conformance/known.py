@@ -112,3 +112,5 @@ def _calculation(expression: str, value: int) -> Run:
 RUNS = (*map(_run, _FILE["runs"]), *(_calculation(*each) for each in _FILE["arithmetic"].items()))
 SAMPLES: Mapping[str, Mapping[str, object]] = _FILE["samples"]
 """Documents of arrangements with which writers and reports are tried."""
+TARGETED: Mapping[str, Mapping[str, object]] = _FILE["targeted"]
+"""Documents of arrangements that targets write for other machines."""

@@ -55,7 +55,7 @@ def run(options: Namespace) -> int:
         folder = Path(options.output)
         _refuse_others(folder, made.files, target.mark)
         for name in _left_over(folder, made.files, target.mark):
-            tell(f"note: {folder / name} is from an earlier build, and no part of this one")
+            tell(f"note: {folder / name} is from an earlier build, and this one has nothing to do with it")
         _write(folder, made.files)
         lines = [*(f"written: {folder / name}" for name in made.files), "", *made.notes]
         Output().plain("\n".join(lines) + "\n")
