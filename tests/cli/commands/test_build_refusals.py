@@ -262,7 +262,7 @@ def test_where_files_may_not_grow_the_old_ones_stay(here):
 @pytest.mark.parametrize(
     ("words", "wrong"),
     [
-        (("--target", "c", "--for", "none", "-o", "-"), "error: --output needs the name of a folder"),
+        (("--target", "c", "--for", "none", "-o", "-"), "error: -o/--output needs the name of a folder"),
         (("--target", "c", "--for", "moon", "-o", "x"), "error: --for moon: c is made for none, posix"),
         (("--target", "ada", "--for", "none", "-o", "x"), "error: --target: there is no `ada`; there are: c"),
         (("--target", "c", "--for", "none", "-o", "x", "--cycle-ms", "nan"), "error: --cycle-ms: 'nan' is not"),
