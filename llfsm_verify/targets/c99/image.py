@@ -18,6 +18,7 @@ from llfsm_verify.targets.c99.monitors import Monitors
 from llfsm_verify.targets.c99.names import EVENTS, Field, Names, identifier
 from llfsm_verify.targets.c99.numbers import stored_as, written
 from llfsm_verify.targets.c99.texts import runtime, wrapped
+from llfsm_verify.targets.small import unchecked
 from llfsm_verify.values import Value, element_names, value_text
 
 MARK = "Written by `llfsm build`; do not edit."
@@ -47,6 +48,8 @@ class Meaning:
     places: Mapping[str, Span] = with_default(default_factory=dict)
     counted: tuple[EventKind, ...] = ()
     arrangement: Arrangement | None = None
+    small: bool = False
+    """Whether its size counts for more than its speed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,14 +119,17 @@ class Image:
 
     def _statuses(self) -> Iterator[str]:
         wide = "int16_t" if len(self.program.faults) < 1 << 15 else "int32_t"
+        wide = "int8_t" if self.meaning.small and len(self.program.faults) < 1 << 7 else wide
         yield f"typedef {wide} {self.prefix}_status;"
         for name, (value, about) in STATUSES.items():
             yield f"#define {self.prefix}_{name} {written(value, 'int16_t')} {comment(about)}"
         if self.program.faults:
             yield comment("Faults:")
+        left_out = unchecked(self.program) if self.meaning.small else frozenset()
         for number, site in enumerate(self.program.faults, 1):
             where = "" if site.span is None else f"{site.span}: "
-            yield comment(f"{number}: {where}{site.code} {site.message}")
+            note = " (no step meets it: it is not checked)" * (number - 1 in left_out)
+            yield comment(f"{number}: {where}{site.code} {site.message}{note}")
         yield ""
 
     def _enumerations(self) -> Iterator[str]:

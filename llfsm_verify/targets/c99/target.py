@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from llfsm_verify.analysis.coverage.vectors import Vectors
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
@@ -16,6 +18,7 @@ from llfsm_verify.targets.c99.monitors import Monitors
 from llfsm_verify.targets.c99.names import foreign, identifier
 from llfsm_verify.targets.c99.worlds import RECORDING, WORLDS
 from llfsm_verify.targets.monitors import Watched
+from llfsm_verify.targets.small import smaller
 from llfsm_verify.targets.target import Made, Verified, Wanted
 
 
@@ -38,14 +41,24 @@ class _C99:
         """See `Target`."""
         from llfsm_verify.targets.c99.verifying.verify import verify
 
-        return verify(_image(arrangement, wanted), wanted, made, vectors)
+        image = _image(arrangement, wanted)
+        program = image_for(arrangement, image.meaning.counted, wanted.monitors).program
+        return verify(image, program, wanted, made, vectors)
 
 
 C99 = _C99()
 
 
 def _image(arrangement: Arrangement, wanted: Wanted) -> Image:
-    return image_for(arrangement, COUNTED if wanted.world in RECORDING else (), wanted.monitors)
+    counted = COUNTED if wanted.world in RECORDING else ()
+    image = image_for(arrangement, counted, wanted.monitors)
+    if wanted.optimize == "speed":
+        return image
+    read = [v.name for v in image.program.vars] if counted or wanted.monitors is not None else []
+    made = Image(smaller(image.program, read), replace(image.meaning, small=True))
+    if wanted.monitors is not None:
+        made.monitors = Monitors(made.names, wanted.monitors)
+    return made
 
 
 def image_for(arrangement: Arrangement, counted: tuple[EventKind, ...] = (), watched: Watched | None = None) -> Image:

@@ -26,6 +26,7 @@ def arguments(parser: Parser) -> None:
     add("--target", choices=TARGETS, required=True, help="; ".join(f"{e.name}: {e.about}" for e in TARGETS.values()))
     add("--for", dest="world", metavar="WORLD", required=True, help=worlds)
     add("--cycle-ms", metavar="MS", type=milliseconds, help="how long a cycle of an untimed arrangement takes")
+    add("--optimize", choices=("speed", "size"), help="size: without what nobody sees (default: speed, of avr size)")
     add("--pins", metavar="FILE", help="avr: a table of the pins (default: pins.yaml beside the arrangement)")
     add("--mcu", metavar="NAME", default=PLAIN.mcu, help="avr: the microcontroller (default: %(default)s)")
     add("--clock-hz", metavar="HZ", type=int, default=PLAIN.clock_hz, help="avr: its clock (default: %(default)s)")

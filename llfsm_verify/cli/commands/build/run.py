@@ -84,9 +84,10 @@ def _wanted(options: Namespace) -> Wanted:
             raise UsageError(f"--{wrong[0].replace('_', '-')} needs {needs}")
     for name, least in (("cc", 1), ("emulator", 0)):
         _check_command(f"--{name}", getattr(options, name), least)
+    optimum = "size" if options.world == "avr" else PLAIN.optimize
     return Wanted(
         options.world, pins=options.pins, mcu=options.mcu, clock_hz=options.clock_hz, compiler=options.cc,
-        emulator=options.emulator,
+        emulator=options.emulator, optimize=options.optimize or optimum,
     )  # fmt: skip
 
 

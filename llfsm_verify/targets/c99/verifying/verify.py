@@ -14,22 +14,27 @@ from llfsm_verify.targets.c99.verifying.run import Bench, Ran, bench
 from llfsm_verify.targets.c99.verifying.vectors import Unit, all_steps, drawn, program_mark
 from llfsm_verify.targets.target import Made, Verified, Wanted
 
+HIDDEN = ("control", "output")
+"""Kinds of variables that an image may be without, where nothing reads them."""
 LARGEST = 2_500_000
 """Values in all records that are compared one after the other."""
 
 
-def verify(image: Image, wanted: Wanted, made: Made, vectors: Vectors | None) -> Verified:
-    """See `Target`."""
+def verify(image: Image, program: Program, wanted: Wanted, made: Made, vectors: Vectors | None) -> Verified:
+    """See `Target`. `program`: what the image does, with all its variables."""
     chip = chip_of(wanted.mcu) if wanted.world == "avr" else None
     where = bench(wanted.compiler, wanted.emulator, chip, wanted.clock_hz)
-    if vectors is not None and vectors.program != program_mark(image.program):
+    if vectors is not None and vectors.program != program_mark(program):
         message = "the vectors are of another program"
         raise DiagnosticError(Diagnostic(FAILED, message, hint="make them again from this arrangement"))
+    lost = [v.name for v in program.vars if v.origin.kind not in HIDDEN and v.name not in image.names.fields]
+    if lost:
+        raise DiagnosticError(Diagnostic(FAILED, f"the image does not store {', '.join(lost)}"))
     texts = (made.files[f"{image.prefix}.h"], made.files[f"{image.prefix}.c"])
     found: dict[Unit, tuple[Ran, bool]] = {}
     for unit in ("ringlet", "cycle") if vectors is None else (vectors.unit,):
-        every = all_steps(image.program, unit, _limit(image.program)) if vectors is None else None
-        ran = where.run(image, texts, vectors or every or drawn(image.program, unit))
+        every = all_steps(program, unit, _limit(program)) if vectors is None else None
+        ran = where.run(image, texts, vectors or every or drawn(program, unit))
         found[unit] = ran, every is not None
         if ran.difference is not None:
             return Verified((f"On {where.name}: {ran.difference}.",), ran.difference)

@@ -1,0 +1,167 @@
+"""Step programs without what nobody can see: for `--optimize size`.
+
+Left out: control variables that nothing reads; faults that no step meets, where all steps can be explored; and what
+follows a ringlet, where the turn decides it. What users have named keeps its values, in the same steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import replace
+
+from llfsm_verify.backends.native.executor import NativeProgram
+from llfsm_verify.program.dependence import blocks, uses
+from llfsm_verify.program.program import (
+    Block,
+    Const,
+    Expr,
+    Fault,
+    Get,
+    If,
+    Let,
+    Program,
+    Sample,
+    Set,
+    Slot,
+    Stmt,
+    Switch,
+)
+from llfsm_verify.program.trees import expressions, nodes, rebuilt, statements, with_branches
+
+MOST_STEPS = 200_000
+"""That are explored for faults."""
+
+
+def smaller(program: Program, kept: Collection[str] = ()) -> Program:
+    """The program for an image. `kept`: variables that somebody else reads. Faults that it cannot meet are not checked
+    any more, and keep their numbers (`unchecked`)."""
+    never = _never_met(program)
+    program = _changed(program, lambda block: _without(block, lambda s: isinstance(s, Fault) and s.fault in never))
+    program = _steady(_with_turns(program))
+    while unread := _unread(program, kept):
+        program = _changed(program, lambda block: _without(block, lambda s: isinstance(s, Set) and s.var in unread))
+        program = replace(program, vars=tuple(v for v in program.vars if v.name not in unread))
+    return program
+
+
+def unchecked(program: Program) -> frozenset[int]:
+    """The faults for which it has no statement."""
+    there = {s.fault for block, _ in blocks(program) for s in statements(block) if isinstance(s, Fault)}
+    return frozenset(range(len(program.faults))) - there
+
+
+def _never_met(program: Program) -> frozenset[int]:
+    """The faults that no step from a configuration that can be reached meets."""
+    native = NativeProgram(program)
+    if not program.faults or native.layout.initial_count() > MOST_STEPS:
+        return frozenset()
+    todo = list(native.layout.initial_records())
+    seen, met, count = set(todo), set[int](), 0
+    while todo:
+        data, number, todo = b"".join(todo), len(todo), []
+        for edge in native.edges(data, number):
+            count += 1
+            if count > MOST_STEPS:
+                return frozenset()
+            if edge.status:
+                met.add(edge.status - 1)
+            elif edge.record not in seen:
+                seen.add(edge.record)
+                todo.append(edge.record)
+    return frozenset(range(len(program.faults))) - met
+
+
+def _changed(program: Program, change: Callable[[Block], Block]) -> Program:
+    slots = tuple(
+        replace(
+            s, prologue=change(s.prologue), blocks=tuple(map(change, s.blocks)), epilogue=change(s.epilogue),
+            canonical=change(s.canonical),
+        )
+        for s in program.slots
+    )  # fmt: skip
+    processes = tuple(replace(p, epilogue=change(p.epilogue)) for p in program.processes)
+    return replace(program, slots=slots, processes=processes, letter=change(program.letter))
+
+
+def _without(block: Block, left_out: Callable[[Stmt], bool]) -> Block:
+    made = (
+        with_branches(s, lambda b: _without(b, left_out)) if isinstance(s, If | Switch) else s
+        for s in block
+        if not left_out(s)
+    )
+    return tuple(made)
+
+
+def _with_turns(program: Program) -> Program:
+    """What follows a ringlet stands in the slots, with the values that the slot has just stored, if that is shorter."""
+    (process,) = program.processes
+
+    def of(slot: Slot) -> Slot:
+        known: dict[str, Expr] = {s.var: s.value for s in slot.epilogue if isinstance(s, Set)}
+        simple = all(isinstance(s, Set) and s.index is None and isinstance(s.value, Const) for s in slot.epilogue)
+        return replace(slot, epilogue=slot.epilogue + _known(process.epilogue, known if simple else {}))
+
+    slots = tuple(map(of, program.slots))
+    added = sum(_size(new.epilogue) - _size(old.epilogue) for new, old in zip(slots, program.slots, strict=True))
+    clash = any(_locals(slot.epilogue) & _locals(process.epilogue) for slot in program.slots)
+    if clash or added > _size(process.epilogue) + len(slots):
+        return program
+    return replace(program, slots=slots, processes=(replace(process, epilogue=()),))
+
+
+def _size(block: Block) -> int:
+    return sum(1 for _ in statements(block))
+
+
+def _locals(block: Block) -> set[str]:
+    return {s.local.name for s in statements(block) if isinstance(s, Let | Sample)}
+
+
+def _known(block: Block, known: dict[str, Expr]) -> Block:
+    """The block where these variables have these values, until it stores others."""
+    made: list[Stmt] = []
+    for s in block:
+        stored = {inner.var for inner in statements((s,)) if isinstance(inner, Set)}
+        if isinstance(s, If):
+            condition = _filled(s.condition, known)
+            if isinstance(condition, Const):
+                made += _known(s.then if condition.value else s.otherwise, known)
+            else:
+                made.append(If(condition, _known(s.then, known), _known(s.otherwise, known)))
+        elif isinstance(s, Set | Let):
+            made.append(replace(s, value=_filled(s.value, known)))
+        else:
+            made.append(s)
+        known = {name: value for name, value in known.items() if name not in stored}
+    return tuple(made)
+
+
+def _filled(root: Expr, known: dict[str, Expr]) -> Expr:
+    return rebuilt(root, lambda e: known.get(e.var) if isinstance(e, Get) and e.index is None else None)
+
+
+def _steady(program: Program) -> Program:
+    """The output `cycle` is not reset where each slot stores it, and nothing reads it before."""
+    stored = all(any(isinstance(s, Set) and s.var == program.cycle for s in slot.epilogue) for slot in program.slots)
+    before = [block for slot in program.slots for block in (slot.prologue, *slot.blocks)]
+    if not stored or any(program.cycle in _read(block) for block in before):
+        return program
+    changed = (replace(v, output=False) if v.name == program.cycle else v for v in program.vars)
+    return replace(program, vars=tuple(changed))
+
+
+def _read(block: Block) -> Iterator[str]:
+    for statement in statements(block):
+        for root in expressions(statement):
+            yield from (e.var for e in nodes(root) if isinstance(e, Get))
+
+
+def _unread(program: Program, kept: Collection[str]) -> set[str]:
+    """Control variables and outputs of which nothing depends."""
+    needed = {program.cycle, *kept, *(a.output for a in program.atoms), *(s.state for s in program.slots)}
+    needed |= {name for p in program.processes for name in (p.turn, p.ended) if name is not None}
+    needed |= {name for f in program.fairness for name in (f.premise, f.goal) if name is not None}
+    needed |= {name for block, _ in blocks(program) for name in _read(block)}
+    risky = {s.var for block, _ in blocks(program) for s in statements(block)
+             if isinstance(s, Set) and any(uses(e).fails for e in expressions(s))}  # fmt: skip
+    return {v.name for v in program.vars if v.origin.kind in ("control", "output") and v.name not in needed | risky}

@@ -1,0 +1,118 @@
+"""Smaller programs: users' variables have the same values in the same steps, and what is left out is not missed."""
+
+from __future__ import annotations
+
+import ctypes
+from collections import Counter
+from dataclasses import replace
+from random import Random
+
+import pytest
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+
+from llfsm_verify.arrangement import build_arrangement, load_arrangement
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.backends.native.executor import NativeProgram
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.targets import small
+from llfsm_verify.targets.c99.image import Image
+from llfsm_verify.targets.c99.target import image_for
+from llfsm_verify.targets.images import image_of
+from llfsm_verify.testing.arrangements import Document, arrangements
+from tests.quick import each, many, spread
+from tests.targets.c99.compiled import Built, needs_gcc
+from tests.targets.c99.drawn import adapted
+
+OVEN = "models/microwave/arrangement.yaml"
+EVERYTHING = "tests/targets/c99/everything.yaml"
+
+
+def shrunk(image: Image) -> Image:
+    return Image(small.smaller(image.program), replace(image.meaning, small=True))
+
+
+def walk(arrangement: Arrangement, random: Random, tally: Counter[str], steps: int = 60) -> None:
+    """The same ringlets of the small image in C and of the whole program in the executor."""
+    image = image_for(arrangement)
+    made, native = shrunk(image), NativeProgram(image.program, effort="quick")
+    built = Built(made, "-O0")
+    for call in built._calls.values():
+        call.restype = ctypes.c_int8 if len(image.program.faults) < 128 else ctypes.c_int16
+    record, got = native.layout.first(), built.start()
+    users = {v.name for v in image.program.vars if v.origin.kind not in ("control", "output")}
+    assert users <= got.keys()
+    tally["left out"] += len(image.program.vars) > len(got)
+    tally["unchecked"] += bool(small.unchecked(made.program))
+    tally["checked"] += len(small.unchecked(made.program)) < len(image.program.faults)
+    for _ in range(steps):
+        held = {c.name: random.choice((c.type.low, c.type.high, random.randint(c.type.low, c.type.high)))
+                for c in image.program.choices}  # fmt: skip
+        if not native.enabled(record):
+            assert built.step(held) < 0
+            return
+        result = native.step(record, 0, held)
+        assert built.step(held) == result.status, held
+        want = native.layout.decode_record(result.record) | (image.meaning.safe if result.status else {})
+        got = built.state()
+        assert {n: v for n, v in got.items() if v != want[n]} == {}, held
+        if result.status:
+            tally["fault"] += 1
+            return
+        record = result.record
+    tally["done"] += 1
+
+
+@needs_gcc
+@pytest.mark.long
+def test_random_arrangements_do_the_same_when_they_are_small():
+    tally = Counter[str]()
+
+    def one(document: Document, seed: int) -> None:
+        try:
+            arrangement = image_of(build_arrangement(adapted(document, unloads=seed % 2 == 0)))
+        except DiagnosticError:
+            return
+        walk(arrangement, Random(seed), tally)
+
+    amount = settings(max_examples=many(60), deadline=None, database=None, suppress_health_check=list(HealthCheck))
+    kinds = ("left out", "unchecked", "checked", "fault", "done")
+    spread(one, amount, arrangements(), st.integers(0, 1 << 30), size=10, until=each(tally, kinds))
+
+
+@needs_gcc
+@pytest.mark.slow
+def test_everything_does_the_same_when_it_is_small():
+    tally = Counter[str]()
+    for seed in range(4):
+        walk(image_of(load_arrangement(EVERYTHING)), Random(seed), tally)
+    assert tally["left out"] == 4
+
+
+@pytest.mark.slow
+def test_the_microwave_has_no_copy_of_its_state_and_no_checks():
+    image = image_for(image_of(load_arrangement(OVEN)))
+    made = shrunk(image)
+    source = made.source()
+    assert "before = *state" in image.source()
+    assert "before = *state" not in source
+    assert len(small.unchecked(made.program)) == len(image.program.faults) == 6
+    assert made.header().count("no step meets it: it is not checked") == 6
+    assert not {"$ran", "$spent", "$fired", "main.$begins"} & {v.name for v in made.program.vars}
+    assert "after_ringlet" not in source
+
+
+@needs_gcc
+@pytest.mark.slow
+@pytest.mark.parametrize("mistake", ["_never_met", "_unread", "_known"])
+def test_each_planted_mistake_is_seen(mistake, monkeypatch):
+    """A fault that can be met is left out; a variable that is read; a value that another statement has changed."""
+    if mistake == "_never_met":
+        monkeypatch.setattr(small, mistake, lambda program: frozenset(range(len(program.faults))))
+    elif mistake == "_unread":
+        monkeypatch.setattr(small, mistake, lambda program, _: {v.name for v in program.vars if "clock" in v.name})
+    else:
+        monkeypatch.setattr(small, mistake, lambda _block, _known: ())
+    with pytest.raises((AssertionError, KeyError)):
+        for seed in range(12):
+            walk(image_of(load_arrangement(EVERYTHING)), Random(seed), Counter(), 100)
