@@ -4,8 +4,10 @@ from typing import Final
 
 OTHER: Final = "E520"
 UNCOUNTED: Final = "E521"
+BAD_VECTORS: Final = "E522"
 
 CODES: Final = {
     OTHER: "A run is of another arrangement than the one whose coverage is asked for.",
     UNCOUNTED: "A run cannot be counted for coverage.",
+    BAD_VECTORS: "A file is not one of test vectors, or is damaged.",
 }

@@ -135,6 +135,19 @@ class Reach:
         """A shortest run to a configuration."""
         return self._run(node)
 
+    def walk(self, edges: Sequence[int]) -> list[Move]:
+        """The moves of these edges, which follow each other."""
+        arrays, step = self.arrays, self._explorer.witnesses.step
+        moves = [
+            step(int(arrays.sources[e]), int(arrays.targets[e]), self.alphabet[int(arrays.labels[e])]) for e in edges
+        ]
+        return list(schedule_of(self._explorer, 0, [move for some in moves for move in some], self._cone).ringlets)
+
+    def first_root(self) -> int | None:
+        """The initial configuration in which all that is free has its `init`."""
+        wanted = tuple((v.name, v.init) for v in self.program.vars if v.free)
+        return next((r for r in range(self._graph.roots) if self._explorer.free(r) == wanted), None)
+
     def _run(self, node: int, last: Sequence[Move] = ()) -> Schedule:
         path = self._graph.path_to(node)
         return schedule_of(self._explorer, path[0], [*self._explorer.witnesses.along(path), *last], self._cone)
