@@ -270,7 +270,7 @@ def test_vectors_of_a_file_are_run(path, small, tmp_path):
     for text in ("{", "[]", json.dumps(asdict(replace(vectors, sequences=(Sequence(((1, 2),), ((1,),)),))))):
         file.write_text(text)
         code, _, err = said(path, "--target", "c", "--for", "none", "--verify", "--vectors", str(file))
-        assert (code, "error[E509]: this is no file of vectors" in err) == (3, True)
+        assert (code, "error[E509]: this is not a file of vectors" in err) == (3, True)
 
 
 @pytest.mark.parametrize(
