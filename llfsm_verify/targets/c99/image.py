@@ -75,6 +75,8 @@ class Image:
         self.prefix = self.names.prefix
         self.monitors: Monitors | None = None
         """Those that go with it."""
+        self.recorded = program
+        """Without what only monitors read."""
         self._functions: list[_Function] = []
 
     # ------------------------------------------------------------ the header

@@ -8,6 +8,7 @@
 
 typedef struct {
     NAME_state state;
+@monitors     NAME_monitors monitors;
     NAME_inputs inputs;
     NAME_inputs good; /* the last ones that were taken */
     uint64_t frame[WORDS];
@@ -277,6 +278,17 @@ static NAME_ending failed(NAME_status status)
     return status == NAME_OVERFLOW ? NAME_END_OVERFLOW : status == NAME_CORRUPT ? NAME_END_CORRUPT : NAME_END_FAULT;
 }
 
+@monitors static bool violated(const NAME_monitors *monitors)
+@monitors {
+@monitors     size_t i;
+@monitors     for (i = 0; i < NAME_PROPERTIES; i++) {
+@monitors         if (NAME_monitors_verdict(monitors, (NAME_property)i) == NAME_VIOLATED) {
+@monitors             return true;
+@monitors         }
+@monitors     }
+@monitors     return false;
+@monitors }
+@monitors 
 /* One cycle; why there are no more. */
 static NAME_ending turn(loop *l, const NAME_calls *calls, const NAME_options *options, NAME_report *report,
     NAME_status *status)
@@ -308,6 +320,7 @@ static NAME_ending turn(loop *l, const NAME_calls *calls, const NAME_options *op
     put_choices(&l->inputs, l->frame + CHOICES);
     while (*status == NAME_OK) {
         report->ringlets++;
+@monitors         (void)NAME_monitors_step(&l->monitors, &l->state);
         put_fired(&l->state, l->frame + FIRED);
         if (cycle_over(&l->state)) {
             break;
@@ -325,6 +338,9 @@ static NAME_ending turn(loop *l, const NAME_calls *calls, const NAME_options *op
         return NAME_END_STOPPED;
     }
     commit(l, report);
+@monitors     if (options->strict && violated(&l->monitors)) {
+@monitors         return NAME_END_VIOLATED;
+@monitors     }
     return NAME_END_RUNNING;
 }
 
@@ -339,6 +355,8 @@ static const char *reason(NAME_ending ending, NAME_status status)
         return "an int leaves 64 bits";
     case NAME_END_LATE:
         return "late";
+@monitors     case NAME_END_VIOLATED:
+@monitors         return "violated";
     case NAME_END_CORRUPT:
         return "corrupt";
     case NAME_END_STOPPED:
@@ -371,12 +389,17 @@ int NAME_run(const NAME_calls *calls, const NAME_options *options, NAME_report *
     }
     NAME_init(&l->state);
     NAME_first(&l->inputs);
+@monitors     NAME_monitors_init(&l->monitors, &l->state);
+@monitors     report->monitors = &l->monitors;
     l->good = l->inputs;
     report->state = &l->state;
     l->frame[PROCESS] = UINT64_MAX;
     put_choices(&l->inputs, l->frame + CHOICES);
     l->base = now();
     commit(l, report);
+@monitors     if (options->strict && violated(&l->monitors)) {
+@monitors         ending = NAME_END_VIOLATED;
+@monitors     }
     while (ending == NAME_END_RUNNING) {
         ending = turn(l, calls, options, report, &status);
     }
@@ -401,6 +424,7 @@ int NAME_run(const NAME_calls *calls, const NAME_options *options, NAME_report *
     commit(l, report);
     close_recording(l, report, 0);
     report->state = NULL;
+@monitors     report->monitors = NULL;
     free(l);
     return 0;
 }

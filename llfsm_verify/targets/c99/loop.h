@@ -3,6 +3,7 @@
 
 #include <signal.h>
 #include "NAME.h"
+@monitors #include "NAME_monitors.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -15,7 +16,8 @@ typedef enum {
     NAME_END_FAULT, /* a ringlet failed */
     NAME_END_OVERFLOW, /* an `int` would have left 64 bits */
     NAME_END_LATE, /* a cycle was late by a period, and `strict` ends it there */
-    NAME_END_CORRUPT /* the state names no state of a machine */
+@monitors     NAME_END_VIOLATED = 7, /* a property is violated, and `strict` ends it there */
+    NAME_END_CORRUPT = 6 /* the state names no state of a machine */
 } NAME_ending;
 
 /* How a run goes, and how it went. Times are in nanoseconds. */
@@ -24,6 +26,7 @@ typedef struct {
     int detail; /* of a fault its number, of `stop` its value */
     const char *why; /* why it ended */
     const NAME_state *state; /* during call-backs */
+@monitors     const NAME_monitors *monitors; /* as well */
     uint64_t cycles; /* complete ones */
     uint64_t ringlets;
     uint64_t refused; /* cycles for which an input outside its range was read; all inputs stayed as they were */
@@ -52,6 +55,7 @@ typedef struct {
     uint64_t cycles; /* end after so many; 0: never */
     bool at_once; /* cycles follow each other without waiting */
     bool strict; /* end where a cycle is late by a period */
+@monitors     /* with `strict`: also where a property is violated */
 } NAME_options;
 
 /* A cycle in each NAME_PERIOD_NS, until the run ends. One that is late by a period or more moves all later ones.

@@ -14,6 +14,7 @@ What goes wrong:
 from __future__ import annotations
 
 import json
+import re
 import zlib
 from collections.abc import Iterator
 from importlib import resources
@@ -53,12 +54,12 @@ def loop_files(image: Image, header: dict[str, Json]) -> dict[str, str]:
     """NAME_loop.h and NAME_loop.c. `header`: that of its recordings (`runtime.recording.origin.header_of`)."""
     p = image.prefix
     first = comment(f"{image.program.name}. {MARK}")
-    head = _text("loop.h").replace("GUARD", p.upper()).replace("NAME", p)
+    head = text_of("loop.h", image).replace("GUARD", p.upper())
     if all(field.group != "outputs" for field in image.names.fields.values()):
         head = head.replace(
             "typedef enum {", f"typedef struct {{\n    uint8_t none;\n}} {p}_outputs;\n\ntypedef enum {{", 1
         )
-    body = [_HEAD.replace("NAME", p), *_numbers(image, header), *_functions(image), _text("loop.c").replace("NAME", p)]
+    body = [_HEAD.replace("NAME", p), *_numbers(image, header), *_functions(image), text_of("loop.c", image)]
     return {f"{p}_loop.h": f"{first}\n{head}", f"{p}_loop.c": "\n".join([first, *body])}
 
 
@@ -67,13 +68,16 @@ def quoted(text: str) -> str:
     return json.dumps(text).replace("??", '?""?')
 
 
-def _text(name: str) -> str:
-    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+def text_of(name: str, image: Image) -> str:
+    """A text of this folder, with the lines for monitors where there are some."""
+    text = resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+    text = re.sub(r"^@monitors (.*\n)", r"\1" if image.monitors is not None else "", text, flags=re.MULTILINE)
+    return text.replace("NAME", image.prefix)
 
 
 def _numbers(image: Image, header: dict[str, Json]) -> Iterator[str]:
     """Where things are in a frame and in the file, and the texts."""
-    program = image.program
+    program = image.recorded
     frames = FrameLayout.of(program, Layout.of(program))
     build: Json = {"target": "c", "for": "posix", "layout": f"0x{image.layout():08x}"}
     line = json.dumps({**header, "words": frames.words, "build": build})
@@ -96,7 +100,7 @@ def _numbers(image: Image, header: dict[str, Json]) -> Iterator[str]:
 
 def _functions(image: Image) -> Iterator[str]:
     """What reads states and inputs."""
-    names, program, p = image.names, image.program, image.prefix
+    names, program, p = image.names, image.recorded, image.prefix
     fields = Layout.of(program).fields
     state, ran, fired, cycle = (f"const {p}_state *state", *(names.fields[n].path for n in
                                 (program.ran, program.fired, program.cycle)))  # fmt: skip

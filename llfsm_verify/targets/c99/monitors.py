@@ -30,8 +30,8 @@ OWN = (*VERDICTS.values(), "verdict", "property", "properties", "PROPERTIES", "F
 COUNTER_BYTES = 4
 _DECIDED = (MonitorVerdict.TRUE, MonitorVerdict.FALSE)
 _OPERATOR = re.compile(r"->|\[|<<|>>|[<>=!]=|&&|\|\||\+\+|[-+*/%<>!&|^~?]")
-_LOOP_TURNS = 128
-"""Of the only loop that a step can call, which divides 128 bits."""
+_LOOP_TURNS = 129
+"""Of the only loop that a step can call, which divides 128 bits; its condition is met once more than its body."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -267,6 +267,8 @@ static bool take(reader *from, NAME_inputs *inputs, bool wait)
 typedef struct {
     reader from;
     NAME_outputs shown;
+@monitors     NAME_verdict told[NAME_PROPERTIES];
+@monitors     bool violated;
     bool lines;
 } program;
 
@@ -276,10 +278,30 @@ static bool take_inputs(void *context, NAME_inputs *inputs)
     return take(&p->from, inputs, p->lines) || !p->lines;
 }
 
+@monitors /* Those that are new; false: nobody reads on. */
+@monitors static bool show_verdicts(program *p, const NAME_report *report)
+@monitors {
+@monitors     size_t i;
+@monitors     for (i = 0; i < NAME_PROPERTIES; i++) {
+@monitors         const NAME_verdict verdict = NAME_monitors_verdict(report->monitors, (NAME_property)i);
+@monitors         if (verdict != p->told[i]) {
+@monitors             p->told[i] = verdict;
+@monitors             p->violated = p->violated || verdict == NAME_VIOLATED;
+@monitors             printf("{\"cycle\": %" PRIu64 ", \"property\": \"%s\", \"verdict\": \"%s\", \"step\": %" PRIu32 "}\n",
+@monitors                 report->cycles, properties[i], verdict == NAME_VIOLATED ? "violated" : "satisfied",
+@monitors                 report->monitors->decided[i]);
+@monitors         }
+@monitors     }
+@monitors     return fflush(stdout) == 0;
+@monitors }
+@monitors 
 static bool show_outputs(void *context, const NAME_outputs *outputs, const NAME_report *report)
 {
     program *p = context;
     const bool over = report->ending != NAME_END_RUNNING;
+@monitors     if (!show_verdicts(p, report)) {
+@monitors         return false;
+@monitors     }
     if (!over && !p->lines && report->cycles > 1 && !differ(outputs, &p->shown)) {
         return true;
     }
@@ -311,6 +333,7 @@ static int usage(void)
     fprintf(stderr, "usage: NAME [--lines] [--strict] [--cycles N] [--record FILE]\n"
                     "--lines: a cycle for each line of standard input, without waiting\n"
                     "--strict: end where a cycle is late by a period\n"
+@monitors                     "          or a property is violated\n"
                     "--cycles N: end after so many\n"
                     "--record FILE: write what happens to a new file, for llfsm replay and llfsm check-recording\n");
     return 2;
@@ -377,5 +400,8 @@ int main(int count, char **words)
         return 3;
     }
     show_report(&report, &options);
+@monitors     if (context.violated) {
+@monitors         return 1;
+@monitors     }
     return report.unrecorded != 0 || report.ending > NAME_END_STOPPED ? 1 : 0;
 }

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from importlib import resources
 
 from llfsm_verify.program.program import Int, Type
 from llfsm_verify.runtime.recording.origin import header_of
 from llfsm_verify.targets.c99.blocks import comment
 from llfsm_verify.targets.c99.image import MARK, Image
-from llfsm_verify.targets.c99.loop import loop_files, quoted
+from llfsm_verify.targets.c99.loop import loop_files, quoted, text_of
 from llfsm_verify.targets.c99.numbers import stored_as
 from llfsm_verify.targets.target import Made, Wanted
 from llfsm_verify.values import element_names, value_text
@@ -78,6 +77,12 @@ wrong usage, 3 a recording that cannot be begun.
     cc -std=c99 yours.c NAME.c NAME_loop.c -o yours
     cc -std=c99 yours.c -L. -lNAME -Wl,-rpath,. -o yours
 """
+_MONITORED = """
+## Monitors
+
+Each verdict of a property is an object as well, with the step that decided it. Where one is violated, the exit code is
+1, and `--strict` ends with safe values.
+"""
 
 
 def posix(image: Image, wanted: Wanted, /) -> Made:
@@ -92,16 +97,17 @@ def posix(image: Image, wanted: Wanted, /) -> Made:
 
 def program(image: Image) -> str:
     """NAME_main.c."""
-    text = resources.files(__package__).joinpath("posix.c").read_text(encoding="utf-8")
-    head, body = (part.replace("NAME", image.prefix) for part in (_HEAD, text))
-    return "\n".join([comment(f"{image.program.name}. {MARK}"), head, *_tables(image), body])
+    head, body = _HEAD.replace("NAME", image.prefix), text_of("posix.c", image)
+    return "\n".join([comment(f"{image.program.name}. {MARK}"), head, *_properties(image), *_tables(image), body])
 
 
 def makefile(image: Image) -> str:
     """What compiles the program and the library."""
     p = image.prefix
     program = f"{p}_program" if p in ("all", "lib", "clean") else p
-    both = f"{p}.c {p}_loop.c"
+    monitors = "" if image.monitors is None else f" {p}_monitors"
+    both = f"{p}.c {p}_loop.c{monitors}{'.c' * bool(monitors)}"
+    headers = f"{p}.h {p}_loop.h{monitors}{'.h' * bool(monitors)}"
     return f"""# {image.program.name}. {MARK}
 CFLAGS = -O2
 STRICT = -std=c99 -Wall -Wextra -Wpedantic -Wconversion
@@ -110,10 +116,10 @@ STRICT = -std=c99 -Wall -Wextra -Wpedantic -Wconversion
 all: {program} lib
 lib: lib{p}.so
 
-{program}: {both} {p}_main.c {p}.h {p}_loop.h
+{program}: {both} {p}_main.c {headers}
 \t$(CC) $(STRICT) $(CFLAGS) {both} {p}_main.c -o $@
 
-lib{p}.so: {both} {p}.h {p}_loop.h
+lib{p}.so: {both} {headers}
 \t$(CC) $(STRICT) $(CFLAGS) -fPIC -shared {both} -o $@
 
 clean:
@@ -129,7 +135,8 @@ def readme(image: Image) -> str:
     for choice in image.program.choices[:1]:
         value = value_text(choice.type, choice.labels, choice.type.high)
         shown = f'{{"{choice.name}": {quoted(value) if choice.labels else value}}}'
-    text = _README.replace("NAME", p).replace("SHOWN", shown).replace("PERIOD", period)
+    readme = _README + ("" if image.monitors is None else _MONITORED)
+    text = readme.replace("NAME", p).replace("SHOWN", shown).replace("PERIOD", period)
     return f"# {image.program.name}. {MARK}\n\n{text}"
 
 
@@ -163,6 +170,12 @@ def _tables(image: Image) -> Iterator[str]:
     yield "    for (i = 0; i < outputs_count; i++) {\n        number x = got(a, i);\n        number y = got(b, i);"
     yield "        if (x.size != y.size || x.negative != y.negative) {\n            return true;\n        }\n    }"
     yield "    return false;\n}\n"
+
+
+def _properties(image: Image) -> Iterator[str]:
+    if image.monitors is not None:
+        names = ",\n".join(f"    {quoted(walk.of.line.name)}" for walk in image.monitors.walks)
+        yield f"static const char *const properties[] = {{\n{names}\n}};\n"
 
 
 def _described(what: str, rows: Sequence[str]) -> Iterator[str]:

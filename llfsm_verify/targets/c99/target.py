@@ -79,8 +79,9 @@ def image_for(arrangement: Arrangement, counted: tuple[EventKind, ...] = (), wat
     places |= {found.name: found.span for found in arrangement.declared_types}
     places |= {machine.name: machine.span for machine in arrangement.machines}
     meaning = Meaning(outputs, safe_values(arrangement), enumerations, arrangement.path, places, counted, arrangement)
+    program = lower(arrangement, keep_all_bits=True)
     if watched is None:
-        return Image(lower(arrangement, keep_all_bits=True), meaning)
+        return Image(program, meaning)
     image = Image(watched.program, meaning)
-    image.monitors = Monitors(image.names, watched)
+    image.monitors, image.recorded = Monitors(image.names, watched), program
     return image
