@@ -130,6 +130,7 @@ class Lamp(ArrangementStateMachine):
 TestLamp = Lamp.TestCase
 """
 
+OF_ANOTHER = '{"vectors": 1, "program": "", "unit": "cycle", "inputs": [], "fields": [], "sequences": []}'
 PROVOKED: dict[str, Provoked] = {
     "E002": Provoked(("llfsm lint a.yaml/b.yaml",), LAMP),
     "E004": Provoked(("llfsm lint a.yaml",), {**FILE, "m.machine.yaml": "# " + "x" * (4 << 20)}),
@@ -296,7 +297,7 @@ PROVOKED: dict[str, Provoked] = {
     "E517": Provoked((f"{BUILD} -p 'x: G (n + 1 > 3)'",), _does("n = 1;", "n: {type: int}")),
     "E525": Provoked((BUILD,), {"a.yaml": "name: signal\n" + LAMP["a.yaml"]}),
     "E508": Provoked((f"{BUILD} --verify --cc no-such-compiler",), LAMP),
-    "E509": Provoked((f"{BUILD} --verify --vectors v.json",), LAMP | {"v.json": "{}\n"}),
+    "E509": Provoked((f"{BUILD} --verify --vectors v.json",), LAMP | {"v.json": OF_ANOTHER}),
     "F001": _fault(_does("if (car) n += 1;", "car: {type: bool, role: input}, n: {type: 0..3}")),
     "F002": _fault(_does("share = 100 / n;", "n: {type: 0..9, role: input}, share: {type: 0..100}")),
     "F003": _fault(_does("seen[i] = true;", "i: {type: 0..4, role: input}, seen: {type: {array: bool, size: 4}}")),

@@ -113,6 +113,10 @@ def test_each_planted_mistake_is_seen(mistake, monkeypatch):
         monkeypatch.setattr(small, mistake, lambda program, _: {v.name for v in program.vars if "clock" in v.name})
     else:
         monkeypatch.setattr(small, mistake, lambda _block, _known: ())
-    with pytest.raises((AssertionError, KeyError)):
+
+    def walks() -> None:
         for seed in range(12):
             walk(image_of(load_arrangement(EVERYTHING)), Random(seed), Counter(), 100)
+
+    with pytest.raises((AssertionError, KeyError)):
+        walks()

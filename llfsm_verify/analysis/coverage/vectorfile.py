@@ -58,7 +58,7 @@ def read_vectors(path: str | Path) -> Vectors:
     try:
         data = read_regular(path, MOST_BYTES + 1)
     except (OSError, ValueError) as error:
-        raise _bad(path, f"the file cannot be read: {getattr(error, 'strerror', None) or 'it is no path'}") from None
+        raise _bad(path, f"the file cannot be read: {getattr(error, 'strerror', None) or 'it is not a path'}") from None
     if len(data) > MOST_BYTES:
         raise _bad(path, f"the file is larger than {MOST_BYTES >> 20} MiB")
     try:

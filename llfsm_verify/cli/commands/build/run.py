@@ -10,6 +10,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
+from llfsm_verify.analysis.coverage.vectorfile import read_vectors
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.cli.commands.build.arguments import PLAIN
 from llfsm_verify.cli.io.output import Output, tell
@@ -18,7 +19,6 @@ from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing, special_kind
 from llfsm_verify.targets import UNWRITABLE
-from llfsm_verify.targets.c99.verifying.read import read_vectors
 from llfsm_verify.targets.images import image_of
 from llfsm_verify.targets.monitors import Watched, watched
 from llfsm_verify.targets.target import TARGETS, Wanted

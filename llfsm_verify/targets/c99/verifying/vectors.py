@@ -10,10 +10,10 @@ from math import prod
 from random import Random
 from typing import Literal
 
+from llfsm_verify.analysis.coverage.vectorfile import program_hash
 from llfsm_verify.analysis.coverage.vectors import Sequence as Steps
 from llfsm_verify.analysis.coverage.vectors import Vectors
 from llfsm_verify.backends.native.executor import ENDED, OVERFLOW, NativeProgram
-from llfsm_verify.kept import fingerprint
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.values import element_names
@@ -29,11 +29,6 @@ class _Edge:
     inputs: Row
     to: int
     fault: int = 0
-
-
-def program_mark(program: Program) -> str:
-    """What `Vectors.program` is."""
-    return fingerprint(repr(program))
 
 
 def drawn(program: Program, unit: Unit, seed: int = 1, sequences: int = 10, steps: int = 200) -> Vectors:
@@ -169,4 +164,4 @@ class _Run:
 
     def vectors(self, sequences: Sequence[Steps]) -> Vectors:
         fields = tuple(name for var in self._program.vars for name in element_names(var))
-        return Vectors(program_mark(self._program), self._unit, tuple(self._names), fields, tuple(sequences))
+        return Vectors(program_hash(self._program), self._unit, tuple(self._names), fields, tuple(sequences))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from llfsm_verify.analysis.coverage.vectorfile import program_hash
 from llfsm_verify.analysis.coverage.vectors import Vectors
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.program.program import Program
@@ -11,7 +12,7 @@ from llfsm_verify.targets.c99.avr.world import chip_of
 from llfsm_verify.targets.c99.image import Image
 from llfsm_verify.targets.c99.verifying import FAILED
 from llfsm_verify.targets.c99.verifying.run import Bench, Ran, bench
-from llfsm_verify.targets.c99.verifying.vectors import Unit, all_steps, drawn, program_mark
+from llfsm_verify.targets.c99.verifying.vectors import Unit, all_steps, drawn
 from llfsm_verify.targets.target import Made, Verified, Wanted
 
 HIDDEN = ("control", "output")
@@ -24,7 +25,7 @@ def verify(image: Image, program: Program, wanted: Wanted, made: Made, vectors: 
     """See `Target`. `program`: what the image does, with all its variables."""
     chip = chip_of(wanted.mcu) if wanted.world == "avr" else None
     where = bench(wanted.compiler, wanted.emulator, chip, wanted.clock_hz)
-    if vectors is not None and vectors.program != program_mark(program):
+    if vectors is not None and vectors.program != program_hash(program):
         message = "the vectors are of another program"
         raise DiagnosticError(Diagnostic(FAILED, message, hint="make them again from this arrangement"))
     lost = [v.name for v in program.vars if v.origin.kind not in HIDDEN and v.name not in image.names.fields]
