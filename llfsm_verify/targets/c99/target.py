@@ -39,11 +39,11 @@ class _C99:
 
     def verify(self, arrangement: Arrangement, wanted: Wanted, made: Made, vectors: Vectors | None) -> Verified:
         """See `Target`."""
-        from llfsm_verify.targets.c99.verifying.verify import verify
+        from llfsm_verify.targets.c99.verifying.verify import Means, verify
 
         image = _image(arrangement, wanted)
         program = image_for(arrangement, image.meaning.counted, wanted.monitors).program
-        return verify(image, program, wanted, made, vectors)
+        return verify(Means(image, arrangement, program), wanted, made, vectors)
 
 
 C99 = _C99()

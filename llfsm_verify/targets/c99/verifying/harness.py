@@ -14,6 +14,9 @@ from llfsm_verify.targets.c99.names import Field
 from llfsm_verify.targets.c99.numbers import stored_as
 from llfsm_verify.values import element_names
 
+HIDDEN = ("control", "output")
+"""Kinds of variables that no user has named: an image may be without some, and with those of monitors."""
+
 
 @dataclass(frozen=True, slots=True)
 class Part:
@@ -32,7 +35,8 @@ class Harness:
         fields = [f for f in image.names.fields.values() if group in ("", f.group)]
         stored = {n: (f, i) for f in fields for i, n in enumerate(element_names(f.var))}
         positions = {name: i for i, name in enumerate(vectors.fields)}
-        if not stored.keys() <= positions.keys() or vectors.inputs != tuple(c.name for c in image.program.choices):
+        missing = [f for name, (f, _) in stored.items() if name not in positions and f.var.origin.kind not in HIDDEN]
+        if missing or vectors.inputs != tuple(c.name for c in image.program.choices):
             raise ValueError("the vectors have not the inputs and variables of the image")
         self.names = [name for name in vectors.fields if name in stored]
         """The fields that are compared: those that the image stores."""
