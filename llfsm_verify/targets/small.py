@@ -37,7 +37,7 @@ def smaller(program: Program, kept: Collection[str] = ()) -> Program:
     any more, and keep their numbers (`unchecked`)."""
     never = _never_met(program)
     program = _changed(program, lambda block: _without(block, lambda s: isinstance(s, Fault) and s.fault in never))
-    program = _steady(_with_turns(program))
+    program = _with_turns(program)
     while unread := _unread(program, kept):
         program = _changed(program, lambda block: _without(block, lambda s: isinstance(s, Set) and s.var in unread))
         program = replace(program, vars=tuple(v for v in program.vars if v.name not in unread))
@@ -140,14 +140,11 @@ def _filled(root: Expr, known: dict[str, Expr]) -> Expr:
     return rebuilt(root, lambda e: known.get(e.var) if isinstance(e, Get) and e.index is None else None)
 
 
-def _steady(program: Program) -> Program:
-    """The output `cycle` is not reset where each slot stores it, and nothing reads it before."""
+def stores_cycle(program: Program) -> bool:
+    """Whether each slot stores the output `cycle`, and nothing reads it before: it needs no reset."""
     stored = all(any(isinstance(s, Set) and s.var == program.cycle for s in slot.epilogue) for slot in program.slots)
-    before = [block for slot in program.slots for block in (slot.prologue, *slot.blocks)]
-    if not stored or any(program.cycle in _read(block) for block in before):
-        return program
-    changed = (replace(v, output=False) if v.name == program.cycle else v for v in program.vars)
-    return replace(program, vars=tuple(changed))
+    before = (block for slot in program.slots for block in (slot.prologue, *slot.blocks))
+    return stored and not any(program.cycle in _read(block) for block in before)
 
 
 def _read(block: Block) -> Iterator[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol, runtime_checkable
 
 from llfsm_verify.registry import Entry, Registry
 
@@ -82,6 +82,11 @@ class Target(Protocol):
     def make(self, arrangement: Arrangement, wanted: Wanted) -> Made:
         """The files. `arrangement` is as `images.image_of` returns it. DiagnosticError: it has no meaning there."""
         ...
+
+
+@runtime_checkable
+class Verifying(Protocol):
+    """A target that can run what it makes."""
 
     def verify(self, arrangement: Arrangement, wanted: Wanted, made: Made, vectors: Vectors | None) -> Verified:
         """What `made` does with vectors, or with those that are found here. DiagnosticError: a compiler or an emulator

@@ -18,7 +18,7 @@ from llfsm_verify.targets.c99.monitors import Monitors
 from llfsm_verify.targets.c99.names import EVENTS, Field, Names, identifier
 from llfsm_verify.targets.c99.numbers import stored_as, written
 from llfsm_verify.targets.c99.texts import runtime, wrapped
-from llfsm_verify.targets.small import unchecked
+from llfsm_verify.targets.small import stores_cycle, unchecked
 from llfsm_verify.values import Value, element_names, value_text
 
 MARK = "Written by `llfsm build`; do not edit."
@@ -289,9 +289,10 @@ class Image:
         """Outputs of a step get their first values, where it begins another letter."""
         program = self.program
         lines = []
-        for field in (self.names.fields[v.name] for v in program.vars if v.output):
+        stored = {program.cycle} if self.meaning.small and stores_cycle(program) else set[str]()
+        for field in (self.names.fields[v.name] for v in program.vars if v.output and v.name not in stored):
             lines += _filled(f"state->{field.path}", field, field.var.init)
-        if program.observe == "ringlet":
+        if program.observe == "ringlet" or not lines:
             return lines
         cycle = self.names.fields[program.cycle].path
         return [f"if (state->{cycle}) {{", *(f"    {line}" for line in lines), "}"]

@@ -21,7 +21,7 @@ from llfsm_verify.files import replacing, special_kind
 from llfsm_verify.targets import UNWRITABLE
 from llfsm_verify.targets.images import image_of
 from llfsm_verify.targets.monitors import Watched, watched
-from llfsm_verify.targets.target import TARGETS, Wanted
+from llfsm_verify.targets.target import TARGETS, Verifying, Wanted
 
 _HINTS = {
     **dict.fromkeys((errno.EEXIST, errno.ENOTDIR), "name a folder: a file is in the way"),
@@ -42,6 +42,8 @@ def run(options: Namespace) -> int:
     target = TARGETS.load(options.target)
     if options.world not in target.worlds:
         raise UsageError(f"--for {options.world[:40]}: {options.target} is made for {', '.join(target.worlds)}")
+    if options.verify and not isinstance(target, Verifying):
+        raise UsageError(f"--verify: {options.target} cannot run what it makes")
     wanted = _wanted(options)
     draft, given = open_draft(options.arrangement)
     arrangement = image_of(given, options.cycle_ms)
@@ -59,7 +61,7 @@ def run(options: Namespace) -> int:
         _write(folder, made.files)
         lines = [*(f"written: {folder / name}" for name in made.files), "", *made.notes]
         Output().plain("\n".join(lines) + "\n")
-    if not options.verify:
+    if not options.verify or not isinstance(target, Verifying):
         return 0
     vectors = None if options.vectors is None else read_vectors(options.vectors)
     verified = target.verify(arrangement, wanted, made, vectors)

@@ -3,11 +3,16 @@
 #include <avr/sleep.h>
 
 #include "NAME.h"
+@monitors #include "NAME_monitors.h"
 
 #ifndef STOP_WHEN_LATE
 #define STOP_WHEN_LATE 0 /* 1: safe values, and no more cycles, where one begins a whole period late */
 #endif
 
+@monitors #ifndef STOP_WHEN_VIOLATED
+@monitors #define STOP_WHEN_VIOLATED 1 /* safe values, and no more cycles, where a property is violated */
+@monitors #endif
+@monitors 
 static volatile uint8_t due = 1; /* cycles that are to begin */
 
 ISR(TIMER1_COMPA_vect)
@@ -53,13 +58,26 @@ static bool wait(void)
     return late;
 }
 
+@monitors static bool violated(const NAME_monitors *monitors)
+@monitors {
+@monitors     uint8_t i;
+@monitors     for (i = 0; i < NAME_PROPERTIES; i++) {
+@monitors         if (NAME_monitors_verdict(monitors, (NAME_property)i) == NAME_VIOLATED) {
+@monitors             return true;
+@monitors         }
+@monitors     }
+@monitors     return false;
+@monitors }
+@monitors 
 int main(void)
 {
+@monitors     static NAME_monitors monitors;
     static NAME_state state;
     static NAME_inputs inputs;
     NAME_status status = NAME_OK;
     NAME_init(&state);
     NAME_first(&inputs);
+@monitors     NAME_monitors_init(&monitors, &state);
     write_outputs(&state); /* before pins become outputs */
     set_up();
     while (status == NAME_OK) {
@@ -68,8 +86,13 @@ int main(void)
             status = NAME_CORRUPT;
         } else {
             read_inputs(&inputs);
-            status = NAME_cycle(&state, &inputs);
+@plain             status = NAME_cycle(&state, &inputs);
+@monitors             status = NAME_monitored_cycle(&monitors, &state, &inputs);
         }
+@monitors         if (STOP_WHEN_VIOLATED && violated(&monitors)) {
+@monitors             NAME_safe(&state);
+@monitors             status = NAME_CORRUPT;
+@monitors         }
         write_outputs(&state); /* after a fault, those that have safe values have them */
     }
     cli();

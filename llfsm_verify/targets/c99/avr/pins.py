@@ -30,6 +30,11 @@ class Wire:
     pull_up: bool = False
     baud: int = 0
 
+    def __str__(self) -> str:
+        if self.baud:
+            return f"the serial port, {self.baud} baud"
+        return ", ".join(self.pins) + ", low is 1" * self.low + ", with its pull-up" * self.pull_up
+
 
 @dataclass(frozen=True, slots=True)
 class Wanted:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
@@ -48,7 +49,11 @@ def avr(image: Image, wanted: Wanted, /) -> Made:
     notes = [f"Pins: {path}.", told(chip, wanted.clock_hz, timer)]
     bare = [name for name, thing in things.items() if not thing.input and name not in wires]
     notes += [f"No pin shows {', '.join(bare)}."] if bare else []
-    files = {f"{p}_main.c": main, "Makefile": makefile(p, chip, wanted.clock_hz), "README.md": readme(image, chip)}
+    files = {
+        f"{p}_main.c": main,
+        "Makefile": makefile(image, chip, wanted.clock_hz),
+        "README.md": readme(image, chip, wires),
+    }
     return Made(files, (*notes, "Compile it there: make"))
 
 
@@ -85,6 +90,9 @@ class _Main:
 
     def text(self, inputs: Mapping[str, Choice], outputs: Mapping[str, tuple[Field, str]], timer: Tick) -> str:
         text = resources.files(__package__).joinpath("main.c").read_text(encoding="utf-8")
+        monitored = self._image.monitors is not None
+        for mark, there in (("monitors", monitored), ("plain", not monitored)):
+            text = re.sub(rf"^@{mark} (.*\n)", r"\1" if there else "", text, flags=re.MULTILINE)
         parts = {
             "TICK": self._tick(timer.interrupts),
             "READ": [*self._read(inputs)] or ["(void)inputs;"],
@@ -187,8 +195,12 @@ def _held(place: str, kind: Int, value: str, most: int) -> Sequence[str]:
     return [f"if ({' && '.join(tests)}) {{", f"    {line}", "}"] if tests else [line]
 
 
-def makefile(prefix: str, chip: Chip, clock_hz: int) -> str:
+def makefile(image: Image, chip: Chip, clock_hz: int) -> str:
     """The Makefile."""
+    prefix = image.prefix
+    monitors = "" if image.monitors is None else f" {prefix}_monitors"
+    sources = f"{prefix}.c {prefix}_main.c{monitors}{'.c' * bool(monitors)}"
+    headers = f"{prefix}.h{monitors}{'.h' * bool(monitors)}"
     return f"""# {prefix}. {MARK}
 MCU = {chip.name}
 F_CPU = {clock_hz}
@@ -200,8 +212,8 @@ PROGRAMMER = arduino
 all: {prefix}.hex
 \tavr-size {prefix}.elf
 
-{prefix}.elf: {prefix}.c {prefix}_main.c {prefix}.h
-\t$(CC) $(CFLAGS) $(EXTRA) -mmcu=$(MCU) -DF_CPU=$(F_CPU)UL {prefix}.c {prefix}_main.c -o $@
+{prefix}.elf: {sources} {headers}
+\t$(CC) $(CFLAGS) $(EXTRA) -mmcu=$(MCU) -DF_CPU=$(F_CPU)UL {sources} -o $@
 
 {prefix}.hex: {prefix}.elf
 \tavr-objcopy -O ihex -R .eeprom $< $@
@@ -216,8 +228,10 @@ clean:
 """
 
 
-def readme(image: Image, chip: Chip) -> str:
+def readme(image: Image, chip: Chip, wires: Mapping[str, Wire]) -> str:
     """How to compile and to use it."""
+    watched = "" if image.monitors is None else " So it is where a monitor says that its property is violated."
+    rows = "\n".join(f"| `{name}` | {wire} |" for name, wire in wires.items())
     return f"""# {image.program.name}. {MARK}
 
     make
@@ -227,5 +241,10 @@ def readme(image: Image, chip: Chip) -> str:
 Timer 1 begins a cycle each {float(image.program.period or 0):g} ms: pins are read once, all ringlets of the cycle run,
 and outputs are written. A value that an input does not have leaves it as it was. Where a whole period has passed before
 a cycle begins, the cycles that should have begun meanwhile are left out; with `make EXTRA=-DSTOP_WHEN_LATE=1` outputs
-get their safe values, and nothing runs any more. So it is after a fault. When all machines have finished, outputs stay.
+get their safe values, and nothing runs any more. So it is after a fault.{watched}
+When all machines have finished, outputs stay.
+
+| input or output | pin |
+|---|---|
+{rows}
 """

@@ -15,6 +15,7 @@ from llfsm_verify.targets.c99.target import C99, image_for
 from llfsm_verify.targets.images import image_of
 from llfsm_verify.targets.target import Wanted
 from llfsm_verify.values import element_names
+from tests.cli.running import llfsm
 from tests.targets.c99.avr.boards import compiled_board, make, needs_avr, needs_board, played
 
 OVEN = "models/microwave/arrangement.yaml"
@@ -125,6 +126,22 @@ def test_after_a_fault_outputs_have_safe_values_and_stay(tmp_path):
     assert [f["u"] for f in found[:2]] == ["17", "9"]
     assert int(found[1]["B"][:2], 16) >> 2 == 1
     assert found[2:] == [{**found[1], "u": "-1"}]
+
+
+@needs_board
+@pytest.mark.slow
+def test_a_violated_property_ends_it_with_safe_values(tmp_path):
+    (tmp_path / "a.yaml").write_text(PANEL)
+    (tmp_path / "pins.yaml").write_text(PINS)
+    made = tmp_path / "made"
+    rule = "low: G (sum < 100)"
+    done = llfsm("build", str(tmp_path / "a.yaml"), "--target", "c", "--for", "avr", "-o", str(made), "-p", rule)
+    assert done.returncode == 0, done.stderr
+    elf = make(made, {})
+    lines = ["D4=1 D5=1 D6=0 C0=0 C1=0 C2=0", "u=63", "u=64", "u=1e"]
+    found = played(compiled_board(tmp_path), elf, lines, 32_000)
+    assert [f["u"] for f in found] == ["7", "99", "9", "-1"]
+    assert "violated" in (made / "README.md").read_text()
 
 
 @needs_avr
