@@ -11,7 +11,7 @@ What a user writes, and what that prints:
 
     Pins: models/microwave/pins.yaml.
     Timer 1 of the atmega328p at 16000000 Hz: prescaler 256, 62500 counts, 1 interrupt a cycle.
-    Compile it: make -C oven
+    Compile it there: make
 
 Mistakes:
 

@@ -3,16 +3,18 @@
 What a user writes, and what that prints:
 
     $ llfsm build models/microwave/arrangement.yaml --target c --for avr --verify
-    …
-    Verified on simavr (atmega328p): 50916 steps in 1 sequence, 0 differences.
-    flash: 1494 of 32768 bytes; RAM: 28 of 2048 bytes, and 34 of stack in a cycle
-    worst ringlet: 338 CPU cycles; worst cycle: 1101 CPU cycles (0.069 of 1000 ms)
+    Verified on simavr (atmega328p): 50916 ringlets and 20092 cycles, 0 differences.
+    These are all ringlets that there can be, with each combination of the inputs that they read.
+    These are all cycles that there can be, with each combination of the inputs that they read.
+    Flash: 992 of 32768 bytes. RAM: 23 of 2048 bytes, and 8 of stack in a call.
+    Worst ringlet: 102 CPU cycles, 0.00637 ms.
+    Worst cycle: 314 CPU cycles, 0.0196 ms of 1000 ms.
 
 Mistakes:
 
-    error[E508]: `avr-gcc` is not installed, and the image cannot be built without it
-    error[E509]: the harness does not fit the atmega48p: region `text' overflowed by 412 bytes
-    Verified on cc: sequence 3 differs in step 17: lamp is true, expected false        (exit code 1)
+    error[E508]: `avr-gcc` is not installed, and the image cannot be verified without it
+    error[E509]: the image does not fit: …: region `text' overflowed by 412 bytes
+    On cc: sequence 3 differs in step 17: lamp is true, expected false.        (exit code 1)
 """
 
 from typing import Final
