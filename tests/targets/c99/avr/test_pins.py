@@ -57,6 +57,12 @@ def test_a_wrong_table_is_told_with_its_place(name, panel, tmp_path):
     assert found[0].hint
 
 
+def test_a_serial_port_that_the_clock_cannot_make_is_told(panel, tmp_path):
+    (tmp_path / "pins.yaml").write_text(PINS)
+    with pytest.raises(DiagnosticError, match="the serial port cannot make 115200 baud of 1000000 Hz"):
+        C99.make(panel, Wanted("avr", clock_hz=1_000_000))
+
+
 def test_who_has_no_table_is_told_one_that_fits(panel, tmp_path):
     with pytest.raises(DiagnosticError) as told:
         C99.make(panel, Wanted("avr"))
