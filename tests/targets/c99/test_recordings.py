@@ -245,6 +245,22 @@ def test_a_full_disk_ends_the_recording_and_not_the_run(tmp_path: Path) -> None:
     assert json.loads(done.stdout.splitlines()[-1])["cycle"] == 15_000 > again.frames > 5_000
 
 
+def test_a_long_run_takes_no_more_memory(folders: dict[str, Path], tmp_path: Path) -> None:
+    """It may have less than it records."""
+    program, path, size = compiled(folders[LIFT], name="plain"), tmp_path / "r", 1 << 20
+
+    def limited() -> None:
+        resource.setrlimit(resource.RLIMIT_DATA, (size, size))
+
+    lines = "".join(f'{{"call[{i % 3}]": true, "floor": {i % 2}}}\n' for i in range(80_000))
+    command = [str(program), "--lines", "--record", str(path)]
+    done = subprocess.run(
+        command, input=lines, capture_output=True, text=True, check=False, timeout=60, preexec_fn=limited
+    )
+    assert (done.returncode, done.stderr) == (0, f"recorded: {path} (80002 frames)\n")
+    assert path.stat().st_size > size
+
+
 def test_a_signal_ends_it_with_a_last_frame(folders: dict[str, Path], tmp_path: Path) -> None:
     path = tmp_path / "r"
     command = [str(folders[EVERYTHING] / "program"), "--record", str(path)]
