@@ -110,10 +110,25 @@ static void close_recording(loop *l, NAME_report *report, int error)
     report->unrecorded = error != 0 ? error : failed;
 }
 
+/* CRC-32 of more text. */
+static uint32_t crc(uint32_t check, const char *text, size_t size)
+{
+    size_t i;
+    int bit;
+    check = ~check;
+    for (i = 0; i < size; i++) {
+        check ^= (unsigned char)text[i];
+        for (bit = 0; bit < 8; bit++) {
+            check = check >> 1 ^ ((check & 1) != 0 ? UINT32_C(0xEDB88320) : 0);
+        }
+    }
+    return ~check;
+}
+
 static int begin_recording(loop *l, const char *path)
 {
     unsigned char head[HEAD];
-    char spaces[PADDING];
+    char end[HEADER_END];
     uint64_t at = 0;
     size_t i;
     int error;
@@ -128,13 +143,14 @@ static int begin_recording(loop *l, const char *path)
         error = write_at(l->file, header[i], size, at);
         at += size;
     }
-    memset(spaces, ' ', sizeof spaces);
-    spaces[sizeof spaces - 1] = '\n';
+    memset(end, ' ', sizeof end);
+    end[put_free(&l->state, end, sizeof end)] = ' ';
+    end[sizeof end - 1] = '\n';
     memset(head, 0, sizeof head);
-    l->check = HEADER_CHECK;
+    l->check = crc(HEADER_CHECK, end, sizeof end);
     put_bytes(head, HEAD - 4, l->check, 4);
     if (error == 0) {
-        error = write_at(l->file, spaces, sizeof spaces, at);
+        error = write_at(l->file, end, sizeof end, at);
     }
     if (error == 0) {
         error = write_at(l->file, head, HEAD, BEGIN - HEAD);
@@ -380,6 +396,11 @@ int NAME_run(const NAME_calls *calls, const NAME_options *options, NAME_report *
         return ENOMEM;
     }
     l->file = -1;
+    NAME_init(&l->state);
+    NAME_first(&l->inputs);
+    if (calls->begin != NULL) {
+        calls->begin(calls->context, &l->state);
+    }
     if (options->record != NULL) {
         const int error = begin_recording(l, options->record);
         if (error != 0) {
@@ -387,8 +408,6 @@ int NAME_run(const NAME_calls *calls, const NAME_options *options, NAME_report *
             return error;
         }
     }
-    NAME_init(&l->state);
-    NAME_first(&l->inputs);
 @monitors     NAME_monitors_init(&l->monitors, &l->state);
 @monitors     report->monitors = &l->monitors;
     l->good = l->inputs;

@@ -47,6 +47,8 @@ typedef struct {
     bool (*write)(void *context, const NAME_outputs *outputs, const NAME_report *report);
     /* Before that last one, where a ringlet failed. */
     void (*fault)(void *context, NAME_status status, const char *why);
+    /* Once, before all: store values of inputs that never change; a recording has these. */
+    void (*begin)(void *context, NAME_state *state);
 } NAME_calls;
 
 typedef struct {

@@ -28,6 +28,7 @@ from llfsm_verify.runtime.recording.file import HEAD, MAGIC, PAGE
 from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.targets.c99.blocks import comment
 from llfsm_verify.targets.c99.image import MARK, Image
+from llfsm_verify.targets.c99.names import Field
 from llfsm_verify.targets.c99.numbers import unsigned64
 
 _HEAD = """\
@@ -38,6 +39,8 @@ _HEAD = """\
 
 #include <errno.h>
 #include <fcntl.h>
+#include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
@@ -80,17 +83,18 @@ def _numbers(image: Image, header: dict[str, Json]) -> Iterator[str]:
     program = image.recorded
     frames = FrameLayout.of(program, Layout.of(program))
     build: Json = {"target": "c", "for": "posix", "layout": f"0x{image.layout():08x}"}
-    line = json.dumps({**header, "words": frames.words, "build": build})
-    begin = -(-(len(MAGIC) + len(line) + 1) // PAGE) * PAGE
-    whole = (MAGIC + line.encode()).ljust(begin - 1) + b"\n"
+    known = {key: value for key, value in header.items() if key != "free"}
+    line = json.dumps({**known, "words": frames.words, "build": build})[:-1] + ', "free": {'
+    rest = sum(len(json.dumps(field.var.name)) + 24 for field in free_fields(image)) + len("}}\n")
+    begin = -(-(len(MAGIC) + len(line) + rest) // PAGE) * PAGE
     yield comment("A frame: words of 64 bits before the record, and where its parts begin.")
     yield "enum {\n" + ",\n".join(f"    {name} = {getattr(frame, name)}" for name in _WORDS) + "\n};"
     parts = {"RECORD": frames.record, "FIRED": frames.fired, "CHOICES": frames.choices, "EVENTS": frames.events}
     for name, number in {**parts, "WORDS": frames.words, "LARGEST": largest_entry(program, frames)}.items():
         yield f"#define {name} {number}"
-    yield comment("Bytes of a recording before its entries, those that fill up its header, and the header's CRC-32.")
-    yield f"#define BEGIN UINT64_C({begin + HEAD})\n#define PADDING {begin - len(MAGIC) - len(line)}"
-    yield f"#define HEADER_CHECK UINT32_C({zlib.crc32(whole)})"
+    yield comment("Bytes of a recording before its entries, those of its header after this text, and its CRC-32.")
+    yield f"#define BEGIN UINT64_C({begin + HEAD})\n#define HEADER_END {begin - len(MAGIC) - len(line)}"
+    yield f"#define HEADER_CHECK UINT32_C({zlib.crc32(MAGIC + line.encode())})"
     yield f"static const char *const header[] = {{\n    {quoted(MAGIC.decode())},"
     yield "\n".join(f"    {quoted(line[at : at + PIECE])}," for at in range(0, len(line), PIECE)) + "\n};\n"
     told = [f"{'' if s.span is None else f'{s.span}: '}{s.code} {s.message}" for s in program.faults]
@@ -108,6 +112,7 @@ def _functions(image: Image) -> Iterator[str]:
     lines = [line for name, field in fields.items() for line in _packed(field, f"state->{names.fields[name].path}")]
     counter = ["size_t i;"] * any("for (i" in line for line in lines)
     clear = [f"memset(words, 0, {words} * sizeof words[0]);"] if words else ["(void)state;", "(void)words;"]
+    yield _function(f"size_t put_free({state}, char *text, size_t size)", *_free(image))
     yield comment("The variables as the executor packs them.")
     yield _function(f"void put_record({state}, uint64_t *words)", *counter, *clear, *lines)
     yield _function(
@@ -128,6 +133,24 @@ def _functions(image: Image) -> Iterator[str]:
         else [f"static const {p}_outputs none = {{0}};", "(void)state;", "return &none;"]
     )
     yield _function(f"const {p}_outputs *outputs({state})", *own)
+
+
+def free_fields(image: Image) -> list[Field]:
+    """The inputs that never change and have no value of their own."""
+    return [field for field in image.names.fields.values() if field.var.free]
+
+
+def _free(image: Image) -> Iterator[str]:
+    """Lines that write the values of inputs that never change, as the end of a header."""
+    fields = free_fields(image)
+    yield "size_t at = 0;"
+    yield from ["(void)state;"] * (not fields)
+    for number, field in enumerate(fields):
+        wide = field.type == "uint64_t"
+        name = f"{', ' * (number > 0)}{json.dumps(field.var.name)}: %"
+        value = f"({'u' * wide}int64_t)state->{field.path}"
+        yield f"at += (size_t)snprintf(text + at, size - at, {quoted(name)} PRI{'u' if wide else 'd'}64, {value});"
+    yield 'return at + (size_t)snprintf(text + at, size - at, "}}");'
 
 
 def _packed(field: BitField, path: str) -> Iterator[str]:

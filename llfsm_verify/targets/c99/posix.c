@@ -264,13 +264,56 @@ static bool take(reader *from, NAME_inputs *inputs, bool wait)
     return taken;
 }
 
+/* NAME=VALUE of an input that never changes; what is wrong, or NULL. */
+static const char *set(const char *word, NAME_state *state)
+{
+    const char *equal = strchr(word, '=');
+    const char *end = NULL;
+    number value;
+    size_t i;
+    size_t label;
+    for (i = 0; equal != NULL && i < free_count; i++) {
+        const kind *of = &free_of[i];
+        if (!same(of->name, word, (size_t)(equal - word))) {
+            continue;
+        }
+        value.negative = false;
+        for (label = 0; label < of->count; label++) {
+            if (strcmp(of->labels[label], equal + 1) == 0) {
+                value.size = label;
+                end = "";
+            }
+        }
+        end = of->count > 0 ? end : read_value(equal + 1, of, &value);
+        if (end == NULL || *end != '\0') {
+            return "no value of the input";
+        }
+        store(state, i, value);
+        return NULL;
+    }
+    return "no input of this name that never changes and has no `init`";
+}
+
 typedef struct {
+    char **words;
+    int count;
     reader from;
     NAME_outputs shown;
 @monitors     NAME_verdict told[NAME_PROPERTIES];
 @monitors     bool violated;
     bool lines;
 } program;
+
+static void set_inputs(void *context, NAME_state *state)
+{
+    const program *p = context;
+    int i;
+    for (i = 1; i < p->count; i++) {
+        if (strcmp(p->words[i - 1], "--set") == 0) {
+            (void)set(p->words[i], state);
+        }
+    }
+}
 
 static bool take_inputs(void *context, NAME_inputs *inputs)
 {
@@ -330,11 +373,12 @@ static void show_report(const NAME_report *report, const NAME_options *options)
 
 static int usage(void)
 {
-    fprintf(stderr, "usage: NAME [--lines] [--strict] [--cycles N] [--record FILE]\n"
+    fprintf(stderr, "usage: NAME [--lines] [--strict] [--cycles N] [--set INPUT=VALUE] [--record FILE]\n"
                     "--lines: a cycle for each line of standard input, without waiting\n"
                     "--strict: end where a cycle is late by a period\n"
 @monitors                     "          or a property is violated\n"
                     "--cycles N: end after so many\n"
+                    "--set INPUT=VALUE: of an input that never changes; may be repeated\n"
                     "--record FILE: write what happens to a new file, for llfsm replay and llfsm check-recording\n");
     return 2;
 }
@@ -370,17 +414,27 @@ int main(int count, char **words)
             options.strict = true;
         } else if (more && strcmp(words[i], "--record") == 0) {
             options.record = words[++i];
+        } else if (more && strcmp(words[i], "--set") == 0) {
+            static NAME_state scratch;
+            const char *wrong = set(words[++i], &scratch);
+            if (wrong != NULL) {
+                fprintf(stderr, "--set %s: %s\n", words[i], wrong);
+                return 2;
+            }
         } else if (more && strcmp(words[i], "--cycles") == 0 && count_of(words[i + 1]) != 0) {
             options.cycles = count_of(words[++i]);
         } else {
             return usage();
         }
     }
+    context.words = words;
+    context.count = count;
     context.lines = options.at_once;
     calls.context = &context;
     calls.read = take_inputs;
     calls.write = show_outputs;
     calls.fault = NULL;
+    calls.begin = set_inputs;
     memset(&action, 0, sizeof action);
     action.sa_handler = stop;
     sigaction(SIGTERM, &action, NULL);

@@ -8,7 +8,7 @@ from llfsm_verify.program.program import Int, Type
 from llfsm_verify.runtime.recording.origin import header_of
 from llfsm_verify.targets.c99.blocks import comment
 from llfsm_verify.targets.c99.image import MARK, Image
-from llfsm_verify.targets.c99.loop import loop_files, quoted, text_of
+from llfsm_verify.targets.c99.loop import free_fields, loop_files, quoted, text_of
 from llfsm_verify.targets.c99.numbers import stored_as
 from llfsm_verify.targets.target import Made, Wanted
 from llfsm_verify.values import element_names, value_text
@@ -59,6 +59,7 @@ values, which are printed with the reason. Standard error then says how late cyc
     ./NAME --strict             # a cycle that is late by a whole one ends it, with safe values; exit code 1
     ./NAME --cycles 6000        # end after so many
     ./NAME --lines              # a cycle for each line that it reads, without waiting
+    ./NAME --set INPUT=VALUE    # an input that never changes and has no `init`; else its first value
     ./NAME --record monday      # what happens, in a new file; it is complete up to the last cycle, also after a kill
 
 Where the recording is, with the arrangement that it was made of in it:
@@ -145,6 +146,7 @@ def _tables(image: Image) -> Iterator[str]:
     outputs = [(element, field, at) for field in names.fields.values() if field.group == "outputs"
                for at, element in enumerate(element_names(field.var))]  # fmt: skip
     labelled = {c.labels for c in choices if c.labels} | {f.var.origin.labels for _, f, _ in outputs}
+    labelled |= {field.var.origin.labels for field in free_fields(image)}
     numbered = {labels: f"labels_{i}" for i, labels in enumerate(sorted(labelled - {()}))}
     for labels, name in numbered.items():
         yield f"static const char *const {name}[] = {{{', '.join(map(quoted, labels))}}};"
@@ -157,6 +159,13 @@ def _tables(image: Image) -> Iterator[str]:
     for number, choice in enumerate(choices):
         yield _case(number, f"inputs->{names.inputs[choice.name]} = {_from_number(choice.type)};")
     yield "    default:\n        (void)inputs;\n        (void)value;\n        break;\n    }\n}\n"
+    never = free_fields(image)
+    yield from _described("free", [_kind(f.var.name, f.var.type, f.var.origin.labels, numbered) for f in never])
+    yield f"static void store({p}_state *state, size_t which, number value)\n{{\n    switch (which) {{"
+    for number, field in enumerate(never):
+        assert isinstance(field.var.type, Int)
+        yield _case(number, f"state->{field.path} = {_from_number(field.var.type)};")
+    yield "    default:\n        (void)state;\n        (void)value;\n        break;\n    }\n}\n"
     yield f"static number got(const {p}_outputs *outputs, size_t which)\n{{"
     yield "    number found = {false, 0};\n    switch (which) {"
     for number, (_, field, at) in enumerate(outputs):

@@ -47,7 +47,7 @@ static bool work(void *context, const everything_outputs *outputs, const everyth
 
 int main(int argc, char **argv)
 {
-    everything_calls calls = {NULL, NULL, work, NULL};
+    everything_calls calls = {NULL, NULL, work, NULL, NULL};
     everything_options options;
     everything_report report;
     unsigned i;

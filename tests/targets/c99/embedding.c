@@ -28,7 +28,7 @@ static bool count(void *context, const lift_outputs *outputs, const lift_report 
 int main(int argc, char **argv)
 {
     counts c = {0, 0, 0};
-    lift_calls calls = {NULL, NULL, NULL, NULL};
+    lift_calls calls = {NULL, NULL, NULL, NULL, NULL};
     lift_options options;
     lift_report report;
     int error;

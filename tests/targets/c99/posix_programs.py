@@ -7,6 +7,7 @@ import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from random import Random
+from types import MappingProxyType
 
 from llfsm_verify.arrangement.formats import Given, read_arrangement
 from llfsm_verify.arrangement.resolve.arrangement import resolve
@@ -88,12 +89,15 @@ def held(program: Program, cycles: Sequence[Cycle]) -> list[dict[str, int]]:
     return found
 
 
-def recorded_by_a_run(path: str, cycles: Sequence[Cycle], to: Path) -> str:
-    """A recording of `llfsm run` with these inputs, and how it ended. The executor tells where its cycles begin."""
+def recorded_by_a_run(
+    path: str, cycles: Sequence[Cycle], to: Path, given: Mapping[str, str] = MappingProxyType({})
+) -> str:
+    """A recording of `llfsm run` with these inputs, and `given` ones that never change, and how it ended. The executor
+    tells where its cycles begin."""
     draft = read_arrangement(Given(path))
-    ready = plan(resolve(draft), simulated=False)
+    ready = plan(resolve(draft), simulated=False, held=given)
     program, native = ready.program, NativeProgram(ready.program)
-    record, step = native.layout.first(), 0
+    record, step = native.layout.first(ready.free), 0
     script: list[Prescribed] = []
     for choices in held(program, cycles):
         script += [Prescribed(step, i, choices[c.name]) for i, c in enumerate(program.choices)]
@@ -102,7 +106,7 @@ def recorded_by_a_run(path: str, cycles: Sequence[Cycle], to: Path) -> str:
         if ran.status:
             break
     loop = ready.loop(ready.code(), period=0, rounds=len(cycles), script=script)
-    header = header_of(draft.sources, ready.arrangement, simulated=False, seed=None, free={})
+    header = header_of(draft.sources, ready.arrangement, simulated=False, seed=None, free=ready.free)
     with Run(loop, Recorder(to, header, loop)) as run:
         run.start()
         run.wait()

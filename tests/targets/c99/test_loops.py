@@ -173,7 +173,8 @@ WRITE = ctypes.CFUNCTYPE(ctypes.c_bool, ctypes.c_void_p, ctypes.POINTER(Outputs)
 
 
 class Calls(ctypes.Structure):
-    _fields_ = [("context", ctypes.c_void_p), ("read", READ), ("write", WRITE), ("fault", ctypes.c_void_p)]
+    _fields_ = [("context", ctypes.c_void_p), ("read", READ), ("write", WRITE), ("fault", ctypes.c_void_p),
+                ("begin", ctypes.c_void_p)]  # fmt: skip
 
 
 class Options(ctypes.Structure):
@@ -216,7 +217,7 @@ def test_python_calls_the_library(library: ctypes.CDLL, tmp_path: Path) -> None:
 
     report = Report()
     options = Options(str(tmp_path / "r").encode(), None, len(floors), True, False)
-    assert library.lift_run(ctypes.byref(Calls(None, READ(read), WRITE(write), None)), ctypes.byref(options),
+    assert library.lift_run(ctypes.byref(Calls(None, READ(read), WRITE(write), None, None)), ctypes.byref(options),
                             ctypes.byref(report)) == 0  # fmt: skip
     assert (report.cycles, report.refused, report.why, report.unrecorded) == (8, 1, b"stopped", 0)
     assert len(motors) == 9 and report.frames == 10
@@ -232,6 +233,6 @@ def test_a_flag_stops_it(library: ctypes.CDLL) -> None:
         return True
 
     options = Options(None, ctypes.pointer(stop), 0, False, False)
-    calls = Calls(None, READ(), WRITE(write), None)
+    calls = Calls(None, READ(), WRITE(write), None, None)
     assert library.lift_run(ctypes.byref(calls), ctypes.byref(options), ctypes.byref(report)) == 0
     assert (report.cycles, report.detail, report.why) == (1, 7, b"stopped")

@@ -55,6 +55,15 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return found
 
 
+@pytest.fixture(scope="module")
+def fixed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A program with inputs that never change."""
+    folder = tmp_path_factory.mktemp("fixed")
+    (folder / "a.yaml").write_text(NEVER)
+    written(str(folder / "a.yaml"), folder)
+    return compiled(folder, *SAFE)
+
+
 def program_of(path: str) -> Program:
     return image_for(image_of(load_arrangement(path))).program
 
@@ -153,6 +162,58 @@ def test_it_says_which_build_wrote_it(folders: dict[str, Path], tmp_path: Path) 
         assert recording.notes == (
             f"a program of `llfsm build --target c --for posix` wrote it, with layout {layout[1]}",
         )
+
+
+NEVER = """
+name: fixed
+cycle_ms: 10
+types: {Mode: [SLOW, FAST]}
+whiteboard:
+  mode: {type: Mode, role: input, changes: never}
+  limit: {type: {decimal: 0.1, range: -0.5..0.5}, role: input, changes: never}
+  gains: {type: {array: uint64, size: 2}, role: input, changes: never}
+  on: {type: bool, role: input, changes: never}
+  go: {type: bool, role: input}
+  out: {type: uint64, role: output}
+machines:
+  m:
+    inline:
+      machine: M
+      states:
+        - name: A
+          stays: true
+          internal: if (go && on && mode == FAST && limit == -0.4) out = gains[1];
+schedule: [m]
+"""
+
+
+def test_inputs_that_never_change_are_in_its_header(fixed: Path, tmp_path: Path) -> None:
+    path, mine, other, most = str(fixed.parent / "a.yaml"), tmp_path / "mine", tmp_path / "other", (1 << 64) - 1
+    given = {"mode": "FAST", "limit": "-0.4", "gains[1]": str(most), "on": "true"}
+    words = [word for name, value in given.items() for word in ("--set", f"{name}={value}")]
+    done = run(fixed, mine, ['{"go": true}', "{}"], *words)
+    assert json.loads(done.stdout.splitlines()[0]) == {"cycle": 1, "out": most}
+    recorded_by_a_run(path, [{"go": 1}, {}], other, given)
+    assert replayed(mine).same
+    assert frames(mine) == frames(other)
+    with Recording(mine) as recording, Recording(other) as wanted:
+        assert {**recording.header, "build": 0} == {**wanted.header, "build": 0}
+        assert recording.header["free"] == {"mode": 1, "limit": -4, "gains[0]": 0, "gains[1]": most, "on": 1}
+
+
+@pytest.mark.parametrize(
+    ("word", "why"),
+    [
+        ("go=true", "no input of this name that never changes and has no `init`"),
+        ("mode", "no input of this name that never changes and has no `init`"),
+        ("mode=MEDIUM", "no value of the input"), ("limit=0.6", "no value of the input"),
+        ("limit=0.11", "no value of the input"), ("on=true1", "no value of the input"),
+        ("on=", "no value of the input"), ("gains[0]=18446744073709551616", "no value of the input"),
+    ],
+)  # fmt: skip
+def test_a_wrong_value_of_one_is_told_before_it_runs(word: str, why: str, fixed: Path) -> None:
+    done = subprocess.run([fixed, "--set", word, "--lines"], capture_output=True, text=True, check=False, input="{}\n")
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", f"--set {word}: {why}\n")
 
 
 def test_mistakes_are_told(folders: dict[str, Path], tmp_path: Path) -> None:
