@@ -10,6 +10,8 @@ import resource
 import signal
 import subprocess
 from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from random import Random
 
@@ -18,7 +20,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.backends.native.layout import Layout
+from llfsm_verify.backends.native.layout import BitField, Layout
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
@@ -28,9 +30,11 @@ from llfsm_verify.runtime.recording.file import Recording
 from llfsm_verify.runtime.recording.origin import arrangement_of
 from llfsm_verify.runtime.recording.repeating import Repeated, replay_recording
 from llfsm_verify.runtime.recording.replay import CLOCKED
+from llfsm_verify.targets.c99 import loop
 from llfsm_verify.targets.c99.target import image_for
 from llfsm_verify.targets.images import image_of
 from llfsm_verify.testing.arrangements import Document, arrangements
+from tests.outside import program
 from tests.quick import each, many, spread
 from tests.targets.c99.compiled import needs_gcc
 from tests.targets.c99.posix_programs import Cycle, compiled, drawn, lines_of, recorded_by_a_run, written
@@ -68,10 +72,12 @@ def program_of(path: str) -> Program:
     return image_for(image_of(load_arrangement(path))).program
 
 
-def run(program: Path, recording: Path, lines: list[str], *words: str) -> subprocess.CompletedProcess[str]:
-    """Let it run a cycle a line, and record that."""
+def run(
+    built: Path, recording: Path, lines: list[str], *words: str, before: Sequence[str] = ()
+) -> subprocess.CompletedProcess[str]:
+    """Let it run a cycle a line, and record that. `before`: the command that runs it."""
     given = "".join(f"{line}\n" for line in lines)
-    command = [str(program), "--lines", "--record", str(recording), *words]
+    command = [*before, str(built), "--lines", "--record", str(recording), *words]
     return subprocess.run(command, input=given, capture_output=True, text=True, check=False, timeout=60)
 
 
@@ -136,6 +142,42 @@ def test_it_records_what_a_run_records(path: str, folders: dict[str, Path], tmp_
     for seed in range(6):
         compare(path, folders[path] / "program", drawn(program, Random(seed), 150), tally, tmp_path)
     assert tally["fired"] and (path == LIFT or (tally["events"] and tally["fault"])), tally
+
+
+@pytest.mark.parametrize("machine", ["arm", "aarch64", "riscv64"])
+def test_other_machines_record_the_same(machine: str, folders: dict[str, Path], tmp_path: Path) -> None:
+    compiler, emulator = program(f"{machine}-gcc"), program(f"qemu-{machine}")
+    built = compiled(folders[EVERYTHING], "-static", compiler=compiler, name=machine)
+    step, paths = program_of(EVERYTHING), [tmp_path / machine, tmp_path / "here"]
+    lines = lines_of(step, drawn(step, Random(5), 200))
+    run(built, paths[0], lines, before=[emulator])
+    run(folders[EVERYTHING] / "program", paths[1], lines)
+    assert replayed(paths[0]).same
+    assert frames(paths[0]) == frames(paths[1])
+
+
+@pytest.mark.parametrize("mistake", ["shift", "low", "word", "turned"])
+def test_a_variable_that_is_packed_wrongly_is_found(
+    mistake: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    packed = loop._packed
+
+    def wrong(field: BitField, path: str) -> Iterator[str]:
+        if mistake == "word":
+            field = replace(field, word=0)
+        if mistake == "shift":
+            field = replace(field, shift=field.shift + (field.name == "hash" or field.bits < 3 < field.shift < 60))
+        if mistake == "low":
+            field = replace(field, low=0)
+        if mistake == "turned" and field.length is not None:
+            path = path.replace("pair_x", "pair_f")
+        yield from packed(field, path)
+
+    monkeypatch.setattr(loop, "_packed", wrong)
+    written(EVERYTHING, tmp_path)
+    step, path = program_of(EVERYTHING), tmp_path / "r"
+    run(compiled(tmp_path, "-O0"), path, lines_of(step, drawn(step, Random(5), 200)))
+    assert "of the record is" in replayed(path).sentence
 
 
 def test_properties_are_decided_as_on_a_recording_of_a_run(folders: dict[str, Path], tmp_path: Path) -> None:
