@@ -52,13 +52,15 @@ NAME_status NAME_monitored_cycle(
 #define NAME_FLASH PROGMEM
 #define NAME_READ8(place) pgm_read_byte(place)
 #define NAME_READ16(place) pgm_read_word(place)
+#define NAME_APART __attribute__((noinline)) /* its bytes once */
 #else
 #define NAME_FLASH
 #define NAME_READ8(place) (*(place))
 #define NAME_READ16(place) (*(place))
+#define NAME_APART
 #endif
 
-@runtime@tables
+@runtime@tables@decide
 void NAME_monitors_init(NAME_monitors *monitors, const NAME_state *state)
 {
 @first

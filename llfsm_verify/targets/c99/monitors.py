@@ -26,7 +26,7 @@ from llfsm_verify.targets.c99.texts import runtime
 from llfsm_verify.targets.monitors import OnBoard, Watched
 
 VERDICTS = {MonitorVerdict.NOT_YET: "UNDECIDED", MonitorVerdict.TRUE: "HOLDS", MonitorVerdict.FALSE: "VIOLATED"}
-OWN = (*VERDICTS.values(), "verdict", "property", "properties", "PROPERTIES", "FLASH", "READ8", "READ16")
+OWN = (*VERDICTS.values(), "verdict", "property", "properties", "PROPERTIES", "FLASH", "READ8", "READ16", "APART")
 COUNTER_BYTES = 4
 _DECIDED = (MonitorVerdict.TRUE, MonitorVerdict.FALSE)
 _OPERATOR = re.compile(r"->|\[|<<|>>|[<>=!]=|&&|\|\||\+\+|[-+*/%<>!&|^~?]")
@@ -122,7 +122,7 @@ class Monitors:
             "GUARD": p.upper(), "NAME": p, "@cost": comment(self.cost), "@names": "\n".join(names),
             "@count": str(len(self.walks)), "@unit": program.observe, "@states": "\n".join(fields),
             "@runtime": runtime("\n".join((*self._step, *self._first))), "@tables": "".join(self._tables()),
-            "@first": _indented(self._first), "@step": _indented(self._step),
+            "@decide": self._decide, "@first": _indented(self._first), "@step": _indented(self._step),
             "@verdicts": _indented(self._verdicts()), "@cycle": self._names.fields[program.cycle].path,
         }  # fmt: skip
         made = re.sub("|".join(parts), lambda found: parts[found[0]], text)
@@ -139,6 +139,15 @@ class Monitors:
                 yield f"static const uint{8 * size}_t {name}[] {self._prefix}_FLASH = {{\n{rows.rstrip(',')}\n}};\n"
 
     # ------------------------------------------------------------ bodies
+
+    @property
+    def _decide(self) -> str:
+        """What notes the step of a verdict, if there can be one."""
+        if not any("decide(" in line for line in self._step):
+            return ""
+        p = self._prefix
+        head = f"static {p}_APART void decide({p}_monitors *monitors, {p}_property property)"
+        return f"\n{head}\n{{\n    monitors->decided[property] = monitors->step;\n}}\n"
 
     @cached_property
     def _first(self) -> list[str]:
@@ -176,8 +185,9 @@ class Monitors:
         """Lines that read a letter. `number`: of the property, to note its verdict there."""
         table, at, node = walk.of.table, 0, walk.path
         for stage, (name, width, size) in enumerate(zip(walk.tables, table.widths, walk.sizes, strict=True)):
-            bits = [f"({names[key]}~?~{1 << i}u~:~0u)" for i, key in enumerate(walk.of.atoms[at : at + width])]
-            index = " | ".join([f"((unsigned){node} << {width})" if width else f"(unsigned){node}", *reversed(bits)])
+            bits = [f"({_bit(names[key], place)})" for place, key in enumerate(walk.of.atoms[at : at + width])]
+            index = " | ".join([f"({_bit(node, width)})", *reversed(bits)])
+            index = f"(uint8_t)({index})" if len(walk.of.table.stages[stage]) <= 1 << 8 else index
             target = walk.path if stage == len(table.stages) - 1 else f"node_{walk.name}_{stage}"
             declared = "" if target == walk.path else f"const uint{8 * size}_t "
             kind = f"uint{8 * (walk.state_bytes if target == walk.path else size)}_t"
@@ -188,7 +198,7 @@ class Monitors:
         if number is not None:
             verdicts = [q for v in _DECIDED if (q := walk.of.state_of(v)) is not None]
             yield f"if ({' || '.join(f'{walk.path} == {q}' for q in sorted(verdicts))}) {{"
-            yield f"    monitors->decided[{self._prefix}_property_{walk.name}] = monitors->step;"
+            yield f"    decide(monitors, {self._prefix}_property_{walk.name});"
             yield "    news = true;"
             yield "}"
 
@@ -209,7 +219,7 @@ class Monitors:
     @cached_property
     def operations(self) -> int:
         """The largest number of operations in a step."""
-        return operations(self._step)
+        return operations(self._step, self._decide)
 
     @property
     def table_bytes(self) -> int:
@@ -249,11 +259,11 @@ class Monitors:
 _FUNCTION = re.compile(r"^static [^\n(]*?(\w+)\([^\n]*\)\n\{\n(.*?)^\}", re.MULTILINE | re.DOTALL)
 
 
-def operations(lines: Sequence[str]) -> int:
-    """Those of all lines, and of the functions that they call."""
+def operations(lines: Sequence[str], functions: str = "") -> int:
+    """Those of all lines, and of the functions that they call; `functions`: some of these."""
     text = "\n".join(lines)
     weights: dict[str, int] = {}
-    for found in _FUNCTION.finditer(runtime(text)):  # what a function calls comes before it
+    for found in _FUNCTION.finditer(runtime(text) + functions):  # what a function calls comes before it
         weights[found[1]] = _counted(found[2], weights) * (_LOOP_TURNS if "for (" in found[2] else 1)
     return _counted(text, weights)
 
@@ -261,6 +271,11 @@ def operations(lines: Sequence[str]) -> int:
 def _counted(text: str, weights: Mapping[str, int]) -> int:
     plain = re.sub(r"/\*.*?\*/", "", text).replace("(&", "(")
     return len(_OPERATOR.findall(plain)) + sum(weights.get(name, 0) for name in re.findall(r"\b(\w+)\(", plain))
+
+
+def _bit(text: str, place: int) -> str:
+    """A value that is moved by so many bits, without the spaces at which a line may end."""
+    return f"(unsigned){text}~<<~{place}" if place else f"(unsigned){text}"
 
 
 def _said(found: OnBoard) -> str:

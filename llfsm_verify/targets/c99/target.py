@@ -57,7 +57,7 @@ def _image(arrangement: Arrangement, wanted: Wanted) -> Image:
     read = [v.name for v in image.program.vars] if counted or wanted.monitors is not None else []
     made = Image(smaller(image.program, read), replace(image.meaning, small=True))
     if wanted.monitors is not None:
-        made.monitors = Monitors(made.names, wanted.monitors)
+        made.monitors, made.recorded = Monitors(made.names, wanted.monitors), image.recorded
     return made
 
 

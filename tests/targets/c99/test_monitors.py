@@ -229,7 +229,7 @@ def swapped(text: str, table: str, at: int) -> str:
 
 PLANTED = (
     ("n <= 1;", "n < 1;"), ("monitors->step++;", ";"), ("== 2 ? small_VIOLATED", "== 1 ? small_VIOLATED"),
-    ("1u", "2u"), (" < 4)", " < 3)"), ("= monitors->step;", "= monitors->step + 1;"),
+    ("<< 1)", "<< 0)"), (" < 4)", " < 3)"), ("] = monitors->step;", "] = monitors->step + 1;"),
     ("monitors->at.p0 = 0;", "monitors->at.p0 = 1;"),
     ("(void)small_monitors_step(monitors, state);", "(void)monitors;"),
 )  # fmt: skip
@@ -355,7 +355,7 @@ def counting(text: str, prefix: str) -> str:
     for line in joined.split("\n"):
         plain = re.sub(r"/\*.*?\*/|\((?:u?int\d+_t|unsigned)\)", "", line)
         tokens = re.findall(r"->|<<|[=!<>]=|\+\+|&&|\|\||\w+|\S", plain.replace("(&table", "(table"))
-        met = sum(not re.fullmatch(r"\w+|[(){};:.,\]=]", token) for token in tokens)
+        met = sum(not re.fullmatch(r"\w+|[(){};:.,\]=]", token) for token in tokens) + 3 * ("decide(" in line)
         lines += [f"ops += {met};"] * (met > 0 and not line.startswith("bool ")) + [line]
     head = "extern unsigned long ops;\nunsigned long ops = 0;\n"
     return text[:begin] + head + "\n".join(lines) + text[end:]
@@ -393,7 +393,7 @@ def test_no_step_takes_more_operations_than_are_promised():
     [
         ("const bool atom = state->outputs.motor; /* a && b */", 1), ("monitors->at.p = (uint8_t)x;", 1),
         ("if (monitors->step < UINT32_MAX) {", 2), ("monitors->step++;", 2), ("bool news = false;", 0),
-        ("a = x_READ8(&table_0[((unsigned)monitors->at.p << 2) | (atom ? 1u : 0u)]);", 5),
+        ("a = x_READ8(&table_0[((unsigned)monitors->at.p << 2) | (unsigned)atom]);", 4),
         ("const bool atom = div_16(state->a.x, 3) > 1;", 3), ("x = wide_div(a, b, true);", 5_323),
     ],
 )  # fmt: skip
@@ -418,8 +418,8 @@ def test_memory_is_what_is_promised(optimize, tmp_path):
     assert (
         monitors.cost
         == {
-            "size": "23 monitors: 750 bytes of tables, 120 bytes of RAM, at most 432 operations a step",
-            "speed": "23 monitors: 962 bytes of tables, 120 bytes of RAM, at most 426 operations a step",
+            "size": "23 monitors: 750 bytes of tables, 120 bytes of RAM, at most 406 operations a step",
+            "speed": "23 monitors: 962 bytes of tables, 120 bytes of RAM, at most 403 operations a step",
         }[optimize]
     )
 

@@ -47,7 +47,7 @@ def run(options: Namespace) -> int:
     wanted = _wanted(options)
     draft, given = open_draft(options.arrangement)
     arrangement = image_of(given, options.cycle_ms)
-    wanted = replace(wanted, sources=draft.sources, monitors=_watched(options, given, arrangement))
+    wanted = replace(wanted, sources=draft.sources, monitors=_watched(options, given, arrangement, wanted.optimize))
     made = target.make(arrangement, wanted)
     if made.promise:
         Output().plain("".join(f"{line}\n" for line in (*made.promise, "")))
@@ -104,14 +104,14 @@ def _check_command(option: str, text: str, least: int) -> None:
         raise UsageError(f"{option} needs a command")
 
 
-def _watched(options: Namespace, given: Arrangement, image: Arrangement) -> Watched | None:
+def _watched(options: Namespace, given: Arrangement, image: Arrangement, optimize: str) -> Watched | None:
     """What goes with the image, if properties are given. UsageError, DiagnosticError (E432, E515, E516)."""
     if not options.properties and not options.property:
         return None
     properties = told(read_properties(options), image)
     if not properties.goals:
         raise UsageError("--monitor: there is no property")
-    return watched(given, image, properties)
+    return watched(given, image, properties, optimize)
 
 
 def _refuse_others(folder: Path, files: Mapping[str, str], mark: str) -> None:
