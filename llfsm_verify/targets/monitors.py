@@ -4,14 +4,15 @@
     property                 states  atoms  tables    RAM
     R1_sets_a_minute              4      4    48 B    5 B
     …
-    23 monitors: 852 bytes of tables, 119 bytes of RAM, at most 301 operations a step
+    23 monitors: 962 bytes of tables, 120 bytes of RAM, at most 403 operations a step
     …
 
 Mistakes:
 
     a.ltl:1:1: error[E432]: `served` is not monitorable: no word decides it
     a.ltl:2:12: error[E515]: `env` is the model of the surroundings, which is absent when the arrangement runs
-    a.ltl:3:1: error[E516]: the monitor of `slow` is too large: more than 10,000 states
+    a.ltl:3:1: error[E516]: the monitor of `slow` is too large: the automaton has more than 4,000 states
+    a.ltl:4:9: error[E517]: `n + 1 > 3` may leave 64 bits, which a monitor on board cannot say
 
 All mistakes are told, and then nothing is written.
 """
