@@ -10,44 +10,18 @@ formulas and property texts (`formulas`, `properties`) in modules of these names
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from llfsm_verify.lazily import imported
-
-if TYPE_CHECKING:
-    from llfsm_verify.testing.run import Run, RunFailed, Subject, load
-    from llfsm_verify.testing.stateful import ArrangementStateMachine
-    from llfsm_verify.testing.strategies import input_sequences, inputs, runs
-    from llfsm_verify.testing.stretches import Stretch
-    from llfsm_verify.testing.tested import UntestedWarning
-
-__all__ = [
-    "ArrangementStateMachine",
-    "Run",
-    "RunFailed",
-    "Stretch",
-    "Subject",
-    "UntestedWarning",
-    "input_sequences",
-    "inputs",
-    "load",
-    "runs",
-]
-
-_PLACES = {
-    "testing.run": ("Run", "RunFailed", "Subject", "load"),
-    "testing.stateful": ("ArrangementStateMachine",),
-    "testing.strategies": ("input_sequences", "inputs", "runs"),
-    "testing.stretches": ("Stretch",),
-    "testing.tested": ("UntestedWarning",),
-}
+from llfsm_verify.lazily import imported, places
 
 
 def __getattr__(name: str) -> object:
     try:
-        return imported(__name__, _PLACES, name)
+        return imported(__name__, name)
     except ModuleNotFoundError as error:
         if error.name is None or error.name.partition(".")[0] != "hypothesis":
             raise
         message = f"{name} needs Hypothesis, which is not installed: pip install 'llfsm-verify[testing]'"
         raise ModuleNotFoundError(message, name="hypothesis") from None
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *places(__name__)})

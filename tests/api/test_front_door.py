@@ -6,16 +6,18 @@ import ast
 import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 import llfsm_verify as lv
+from llfsm_verify import plug, testing
+from llfsm_verify.lazily import places
 from tests.outside import needs
 
 HEAVY = ("numba", "z3", "numpy", "networkx", "llvmlite", "rich", "lark", "yaml", "pygraphviz", "hypothesis", "pandas")
 LATER = ("z3", "networkx", "numba", "numpy", "pygraphviz", "hypothesis", "pandas")
-FRONT = Path(lv.__file__)
 
 
 def test_the_import_imports_nothing_else():
@@ -49,21 +51,23 @@ def test_every_name_is_there_and_listed():
     assert len(set(lv.__all__)) == len(lv.__all__)
 
 
-def test_what_type_checkers_see_is_what_is_imported():
-    """The imports under TYPE_CHECKING name the same modules and names as the table for the lazy import."""
-    tree = ast.parse(FRONT.read_text(encoding="utf-8"))
-    block = next(node for node in tree.body if isinstance(node, ast.If))
+@pytest.mark.parametrize("module", [lv, plug, testing], ids=lambda module: module.__name__)
+def test_what_type_checkers_see_is_what_is_imported(module):
+    """The run time reads the same imports from a stub as Python's own parser does, and the stub exports all of them."""
+    *imports, exported = ast.parse(Path(f"{module.__file__}i").read_text(encoding="utf-8")).body
     seen = {}
-    for node in block.body:
+    for node in imports:
         assert isinstance(node, ast.ImportFrom) and node.module is not None
-        seen[node.module.removeprefix("llfsm_verify.")] = tuple(alias.name for alias in node.names)
-    assert seen == lv._ROOMS
-    assert sorted(name for names in seen.values() for name in names) == sorted(lv.__all__)
-
-
-def test_a_name_that_there_is_not():
+        for alias in node.names:
+            assert (alias.asname or alias.name) not in seen
+            seen[alias.asname or alias.name] = (node.module.removeprefix("llfsm_verify."), alias.name)
+    assert seen == places(module.__name__)
+    assert isinstance(exported, ast.Assign) and sorted(ast.literal_eval(exported.value)) == module.__all__
+    assert module.__all__ == sorted(seen) and set(seen) <= set(dir(module))
+    for name, (place, there) in seen.items():
+        assert getattr(module, name) is getattr(import_module(f"llfsm_verify.{place}"), there)
     with pytest.raises(AttributeError, match="no attribute 'lod'"):
-        _ = lv.lod  # type: ignore[attr-defined]
+        _ = module.lod
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ import pytest
 import yaml
 
 import llfsm_verify as lv
+from llfsm_verify.lazily import places
 from tests.outside import needs
 
 BLOCK = re.compile(r"^```pycon\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -48,7 +49,7 @@ def test_examples(page: Path) -> None:
 def test_the_reference_lists_every_public_name():
     page = Path("docs/api.md").read_text(encoding="utf-8")
     listed = {(m.removeprefix("llfsm_verify."), n) for m, names in REFERENCE.findall(page) for n in names.split(", ")}
-    assert listed == {(module, name) for module, names in lv._ROOMS.items() for name in names}
+    assert listed == set(places(lv.__name__).values())
 
 
 def call(owner: str, method: str) -> str:

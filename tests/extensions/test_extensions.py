@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import os
 import shutil
 import subprocess
@@ -14,7 +13,6 @@ import jsonschema
 import pytest
 import yaml
 
-from llfsm_verify import plug
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.extensions.mqtt.kind import Mqtt
 from llfsm_verify.registry import extensions
@@ -86,25 +84,6 @@ def test_every_room_is_closed_to_extensions() -> None:
     rooms = {path.stem for path in FOLDER.parent.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()}
     closed = rooms - {"__init__", "extensions", "plug", "testing"}
     assert contract["forbidden_modules"] == sorted(f"llfsm_verify.{room}" for room in closed)
-
-
-def test_what_type_checkers_see_of_the_plug_is_what_is_imported() -> None:
-    tree = ast.parse(Path(plug.__file__).read_text(encoding="utf-8"))
-    block = next(node for node in tree.body if isinstance(node, ast.If))
-    seen: dict[str, tuple[str, ...]] = {}
-    for node in block.body:
-        assert isinstance(node, ast.ImportFrom) and node.module is not None
-        names = tuple(f"{a.name} as {a.asname}" if a.asname else a.name for a in node.names)
-        place = node.module.removeprefix("llfsm_verify.")
-        seen[place] = (*seen.get(place, ()), *names)
-    assert {place: sorted(names) for place, names in seen.items()} == {
-        place: sorted(names) for place, names in plug._PLACES.items()
-    }
-    listed = [words.split(" as ")[-1] for names in seen.values() for words in names]
-    assert sorted(listed) == sorted(plug.__all__) and set(listed) <= set(dir(plug))
-    assert all(getattr(plug, name) is not None for name in plug.__all__)
-    with pytest.raises(AttributeError, match="no attribute 'plugg'"):
-        _ = plug.plugg  # type: ignore[attr-defined]
 
 
 WITHOUT = """

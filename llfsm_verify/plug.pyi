@@ -1,0 +1,376 @@
+from llfsm_verify.analysis.lint.finding import LintResult
+from llfsm_verify.arrangement.draft import (
+    UNREADABLE,
+    ArrangementDraft,
+    Draft,
+    InstanceDraft,
+    MachineDraft,
+    ParameterDraft,
+    ProcessDraft,
+    StateDraft,
+    TransitionDraft,
+    VariableDraft,
+    WhiteboardDraft,
+)
+from llfsm_verify.arrangement.files import read_named, read_source
+from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS
+from llfsm_verify.arrangement.formats import Given as GivenArrangement
+from llfsm_verify.arrangement.formats.data import draft_data
+from llfsm_verify.arrangement.formats.reading import MACHINES, Reading, opened
+from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, NewState, Uneditable, Writer
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
+from llfsm_verify.automata.automaton import Edge as AutomatonEdge
+from llfsm_verify.automata.ltl.translate import translate
+from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
+from llfsm_verify.automata.omega.moves import Lazy, moves_of
+from llfsm_verify.automata.safety import PrefixMonitor
+from llfsm_verify.backends.reference import Interpreter, evaluate
+from llfsm_verify.checking.claims import add_premises, claim_of
+from llfsm_verify.checking.engine import Answer, Given, Holds, Session, Unknown, Violated
+from llfsm_verify.checking.engine_option import (
+    COUNT,
+    FILE,
+    FLAG,
+    SECONDS,
+    SWITCH,
+    WHEN,
+    EngineOption,
+    EngineOptions,
+)
+from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of, mask
+from llfsm_verify.checking.replay.confirm import Letter, Schedule
+from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.checking.trace import Trace
+from llfsm_verify.checking.verdict import Exploration, FaultFinding, PropertyResult, Result
+from llfsm_verify.cli.commands import COMMANDS
+from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.parser import CommandEntry, UsageError
+from llfsm_verify.cli.parser import Parser as CommandParser
+from llfsm_verify.diagnostics import Source, Span
+from llfsm_verify.jsonvalue import Json
+from llfsm_verify.kripke.export.dot import dot as structure_dot
+from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
+from llfsm_verify.kripke.export.rows import (
+    Element,
+    RowWriter,
+    edges,
+    elements,
+    initial_letters,
+    letters,
+    portions,
+    steps_known,
+    ways,
+)
+from llfsm_verify.kripke.export.specification import Specification
+from llfsm_verify.kripke.observing import observed_outputs
+from llfsm_verify.language.types import decimal_text
+from llfsm_verify.limits import LimitReached, reached, tick
+from llfsm_verify.logic.formula import Formula, apply, atom, conjunction, mapped, negation, postorder
+from llfsm_verify.logic.formula import Op as FormulaOp
+from llfsm_verify.logic.properties import asked_text
+from llfsm_verify.logic.rewriting.normal_form import nnf
+from llfsm_verify.program.moves import Move
+from llfsm_verify.program.program import (
+    BOOL,
+    Block,
+    Choice,
+    Const,
+    Emit,
+    Expr,
+    Fault,
+    Get,
+    If,
+    Int,
+    Ite,
+    Let,
+    Local,
+    Op,
+    OpName,
+    Program,
+    Sample,
+    Set,
+    Stmt,
+    Switch,
+    Type,
+    Var,
+)
+from llfsm_verify.program.symbolic import FAULT, Key, Values, scalars, typed
+from llfsm_verify.program.symbolic import Definitions as SymbolicDefinitions
+from llfsm_verify.program.terms import FALSE, TRUE, const, get, interval, ite, op
+from llfsm_verify.program.terms import conjunction as all_of
+from llfsm_verify.program.trees import expressions, fold, nodes, parts, ringlet, statements, stop_at_faults
+from llfsm_verify.registry import Entry, Package, Registry
+from llfsm_verify.report.codes import all_codes
+from llfsm_verify.report.debugging import lines_of
+from llfsm_verify.report.drawing import NO_LIBRARY as NO_GRAPHVIZ
+from llfsm_verify.report.drawing.dot import dot
+from llfsm_verify.report.drawing.formats import DRAWINGS
+from llfsm_verify.report.drawing.graph import Edge as DrawnEdge
+from llfsm_verify.report.drawing.graph import Graph, with_legend
+from llfsm_verify.report.drawing.graph import Node as DrawnNode
+from llfsm_verify.report.entry import ReportEntry
+from llfsm_verify.report.formats import REPORTS, Style, Written
+from llfsm_verify.report.lint import explain as lint_diagnostic
+from llfsm_verify.report.timeline.formats import TIMELINES
+from llfsm_verify.report.tracetable import MARK as CAUSE_MARK
+from llfsm_verify.report.tracetable import Row as TraceRow
+from llfsm_verify.report.tracetable import initial_text
+from llfsm_verify.report.tracetable import rows as trace_rows
+from llfsm_verify.report.wording import (
+    CLAIMED,
+    CONTRADICTED,
+    fault_text,
+    is_contradicted,
+    resumed_text,
+    sentences,
+    summary_text,
+    under_assumptions,
+    vacuity_texts,
+    verdict_text,
+)
+from llfsm_verify.runtime.debugging.commands import Answer as DebugAnswer
+from llfsm_verify.runtime.debugging.commands import parse as parse_command
+from llfsm_verify.runtime.debugging.paths import DebugError
+from llfsm_verify.runtime.debugging.session import FRONT_ENDS
+from llfsm_verify.runtime.debugging.session import Session as DebugSession
+from llfsm_verify.runtime.deciding.logs.formats import LOGS, NoColumn, Row, Unreadable, Wanted, cell_text
+from llfsm_verify.runtime.ports import UNKNOWN as WRONG_PORT
+from llfsm_verify.runtime.ports.line_port import LinePort
+from llfsm_verify.runtime.ports.port import PORTS, Link, Port, Started, Unopened, whole_number
+from llfsm_verify.runtime.ports.port import Kind as PortKind
+from llfsm_verify.runtime.recording.timeline import Row as TimelineRow
+from llfsm_verify.runtime.recording.timeline import Signal, Timeline
+from llfsm_verify.targets.target import TARGETS, Made, Target
+from llfsm_verify.targets.target import Wanted as TargetWanted
+from llfsm_verify.values import Shown, Value, text
+from llfsm_verify.verification.engines import ENGINES, EngineEntry, Turn
+from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Node, Scalar, Sequence, implied, mark, written
+from llfsm_verify.yaml.tables import NUMBER, TRUTHS, Field, Single, Table, Words
+
+__all__ = [
+    "ARRANGEMENTS",
+    "BOOL",
+    "CAUSE_MARK",
+    "CLAIMED",
+    "COMMANDS",
+    "CONTRADICTED",
+    "COUNT",
+    "DRAWINGS",
+    "ENGINES",
+    "FALSE",
+    "FAULT",
+    "FILE",
+    "FLAG",
+    "FRONT_ENDS",
+    "LOGS",
+    "MACHINES",
+    "MODELS",
+    "NO_GRAPHVIZ",
+    "NUMBER",
+    "PORTS",
+    "REPORTS",
+    "SECONDS",
+    "STRUCTURES",
+    "SWITCH",
+    "TARGETS",
+    "TIMELINES",
+    "TRUE",
+    "TRUTHS",
+    "UNREADABLE",
+    "WHEN",
+    "WRITERS",
+    "WRONG_PORT",
+    "Answer",
+    "Arrangement",
+    "ArrangementDraft",
+    "Automaton",
+    "AutomatonEdge",
+    "AutomatonTooLarge",
+    "Block",
+    "Choice",
+    "CommandEntry",
+    "CommandParser",
+    "Const",
+    "DebugAnswer",
+    "DebugError",
+    "DebugSession",
+    "Draft",
+    "DrawnEdge",
+    "DrawnNode",
+    "Editor",
+    "Edits",
+    "Element",
+    "Emit",
+    "EngineEntry",
+    "EngineOption",
+    "EngineOptions",
+    "Entry",
+    "Execution",
+    "Exploration",
+    "Expr",
+    "Fault",
+    "FaultFinding",
+    "Field",
+    "Formula",
+    "FormulaOp",
+    "Get",
+    "Given",
+    "GivenArrangement",
+    "Goal",
+    "Graph",
+    "Holds",
+    "If",
+    "InstanceDraft",
+    "Int",
+    "Interpreter",
+    "Ite",
+    "Json",
+    "Key",
+    "Lazy",
+    "Let",
+    "Letter",
+    "LimitReached",
+    "LinePort",
+    "Link",
+    "LintResult",
+    "Local",
+    "MachineDraft",
+    "Made",
+    "Move",
+    "NewMachine",
+    "NewState",
+    "NoColumn",
+    "Node",
+    "Op",
+    "OpName",
+    "Output",
+    "Package",
+    "ParameterDraft",
+    "Port",
+    "PortKind",
+    "PrefixMonitor",
+    "ProcessDraft",
+    "Program",
+    "PropertyResult",
+    "Reading",
+    "Registry",
+    "Report",
+    "ReportEntry",
+    "Result",
+    "Row",
+    "RowWriter",
+    "Sample",
+    "Scalar",
+    "Schedule",
+    "Sequence",
+    "Session",
+    "Set",
+    "Shown",
+    "Signal",
+    "Single",
+    "Source",
+    "Span",
+    "Specification",
+    "Started",
+    "StateDraft",
+    "Stmt",
+    "Style",
+    "Switch",
+    "SymbolicDefinitions",
+    "Table",
+    "Target",
+    "TargetWanted",
+    "Timeline",
+    "TimelineRow",
+    "Trace",
+    "TraceRow",
+    "TransitionDraft",
+    "Turn",
+    "Type",
+    "Uneditable",
+    "Unknown",
+    "Unopened",
+    "Unreadable",
+    "UsageError",
+    "Value",
+    "Values",
+    "Var",
+    "VariableDraft",
+    "Violated",
+    "Wanted",
+    "WhiteboardDraft",
+    "Words",
+    "Writer",
+    "Written",
+    "add_premises",
+    "all_codes",
+    "all_of",
+    "apply",
+    "asked_text",
+    "atom",
+    "bad_prefixes_of",
+    "cell_text",
+    "claim_of",
+    "conjunction",
+    "const",
+    "decimal_text",
+    "dot",
+    "draft_data",
+    "edges",
+    "elements",
+    "evaluate",
+    "expressions",
+    "fault_text",
+    "find_accepting_lasso",
+    "fold",
+    "get",
+    "implied",
+    "initial_letters",
+    "initial_text",
+    "interval",
+    "is_contradicted",
+    "ite",
+    "letters",
+    "lines_of",
+    "lint_diagnostic",
+    "mapped",
+    "mark",
+    "mask",
+    "moves_of",
+    "negation",
+    "nnf",
+    "nodes",
+    "observed_outputs",
+    "op",
+    "opened",
+    "parse_command",
+    "parts",
+    "portions",
+    "postorder",
+    "reached",
+    "read_named",
+    "read_source",
+    "resumed_text",
+    "ringlet",
+    "scalars",
+    "sentences",
+    "statements",
+    "steps_known",
+    "stop_at_faults",
+    "structure_dot",
+    "summary_text",
+    "text",
+    "tick",
+    "trace_rows",
+    "translate",
+    "typed",
+    "under_assumptions",
+    "vacuity_texts",
+    "verdict_text",
+    "ways",
+    "whole_number",
+    "with_legend",
+    "written",
+]
