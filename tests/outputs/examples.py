@@ -295,6 +295,7 @@ PROVOKED: dict[str, Provoked] = {
         (f"{BUILD} -p 'x: G (go -> F[0:999] m@ON) && G (m@ON -> F[0:998] !go) && G (!go -> F[0:997] m@OFF)'",), LAMP
     ),
     "E517": Provoked((f"{BUILD} -p 'x: G (n + 1 > 3)'",), _does("n = 1;", "n: {type: int}")),
+    "E522": Provoked((f"{BUILD} --verify --vectors v.json",), LAMP | {"v.json": "{}\n"}),
     "E525": Provoked((BUILD,), {"a.yaml": "name: signal\n" + LAMP["a.yaml"]}),
     "E508": Provoked((f"{BUILD} --verify --cc no-such-compiler",), LAMP),
     "E509": Provoked((f"{BUILD} --verify --vectors v.json",), LAMP | {"v.json": OF_ANOTHER}),
