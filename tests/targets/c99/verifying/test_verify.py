@@ -12,6 +12,7 @@ import pytest
 from llfsm_verify.analysis.coverage.vectorfile import vectors_text
 from llfsm_verify.analysis.coverage.vectors import Vectors
 from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.targets.c99.avr.chips import CHIPS
 from llfsm_verify.targets.c99.image import Image
 from llfsm_verify.targets.c99.target import C99, image_for
@@ -22,7 +23,7 @@ from llfsm_verify.targets.images import image_of
 from llfsm_verify.targets.target import Wanted
 from tests.cli.running import llfsm
 from tests.targets.c99.avr.boards import needs_avr
-from tests.targets.c99.compiled import needs_gcc
+from tests.targets.c99.compiled import needs_gcc, write
 
 OVEN = "models/microwave/arrangement.yaml"
 EVERYTHING = "tests/targets/c99/everything.yaml"
@@ -136,6 +137,15 @@ def test_an_avr_does_the_same_and_catches_mutants(small):
     assert (ran.difference, ran.steps) == (None, sum(len(s.inputs) for s in vectors.sequences))
     assert 100 < ran.cycles < 3000
     assert 10 < ran.stack < 120
+    begins = r"(small_step\(.*\)\n\{)"
+    took = {}
+    for cycles in (1000, 3000, 200_000):
+        late = re.sub(begins, rf"\1 __builtin_avr_delay_cycles({cycles}UL);", source)
+        took[cycles] = AVR.run(small, (header, late), vectors).cycles
+    assert took[3000] - took[1000] == 2000
+    assert 0 <= took[200_000] - took[1000] - 199_000 <= 300, "with the interrupts that count beyond 16 bits"
+    deep = re.sub(begins, r"\1 volatile uint8_t pad[40]; pad[0] = pad[39] = 1; (void)pad[0];", source)
+    assert 40 <= AVR.run(small, (header, deep), vectors).stack - ran.stack <= 60
     for old, new in MUTANTS[:3]:
         assert AVR.run(small, (header, re.sub(old, new, source)), vectors).difference is not None
 
@@ -268,3 +278,37 @@ def test_vectors_of_a_file_are_run(path, tmp_path):
     file.write_text("[]")
     code, _, err = said(path, "--target", "c", "--for", "none", "--verify", "--vectors", str(file))
     assert (code, "error[E522]" in err) == (3, True)
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "told"),
+    [
+        (["--for", "none", "--verify", "--cc", "no-such-cc"], 3, "error[E508]: `no-such-cc` is not installed"),
+        (["--for", "none", "--verify", "--emulator", "no-such"], 3, "error[E508]: `no-such` is not installed"),
+        (["--for", "none", "--verify", "--cc", "false"], 3, "error[E509]: false fails"),
+        (["--for", "none", "--verify", "--cc", ""], 2, "--cc needs a command"),
+        (["--for", "none", "--cc", "gcc", "-o", "x"], 2, "--cc needs --verify"),
+        (["--for", "avr", "--verify", "--cc", "clang"], 2, "--cc needs another world than avr"),
+        (["--for", "none"], 2, "-o/--output needs the name of a folder"),
+        (["--for", "none", "--pins", "p.yaml", "-o", "x"], 2, "--pins needs --for avr"),
+    ],
+)
+def test_what_is_missing_is_told(words, code, told, path):
+    found, out, err = said(path, "--target", "c", *words)
+    assert (found, out) == (code, "")
+    assert told in err
+
+
+@needs_gcc
+def test_an_image_that_does_not_end_or_answer_is_told(small, monkeypatch):
+    header, source = texts(small)
+    vectors = drawn(small.program, "ringlet", sequences=1, steps=3)
+    monkeypatch.setattr("llfsm_verify.targets.c99.verifying.run.SECONDS", 0.2)
+    stuck = re.sub(r"(small_step\(.*\)\n\{)", r"\1 for (;;) { }", source)
+    with pytest.raises(DiagnosticError, match=r"takes more than 0.2 seconds"):
+        bench("gcc -w").run(small, (header, stuck), vectors)
+
+
+def test_written_images_are_those_that_are_verified(small, tmp_path):
+    write(small, tmp_path)
+    assert (tmp_path / "small.c").read_text() == texts(small)[1]
