@@ -77,3 +77,13 @@ def test_a_file_without_a_property_is_wrong_usage(tmp_path):
     done = llfsm("build", OVEN, *C, str(tmp_path / "made"), "--monitor", str(tmp_path / "none.ltl"))
     assert (done.returncode, done.stderr) == (2, "error: --monitor: there is no property\n")
     assert not Path(tmp_path / "made").exists()
+
+
+def test_properties_are_chosen_by_name(tmp_path):
+    """Those that cannot be monitored are left out so."""
+    words = ("build", LIFT, *C, str(tmp_path), "--monitor", "properties/lift.ltl", "--only", "shut_moving")
+    done = llfsm(*words, "--only", "level_open")
+    assert done.returncode == 0
+    assert "\n2 monitors: " in done.stdout
+    done = llfsm("build", LIFT, *C, str(tmp_path), "--only", "level_open")
+    assert (done.returncode, done.stderr) == (2, "error: --only chooses properties of --monitor\n")

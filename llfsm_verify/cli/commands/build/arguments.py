@@ -34,6 +34,7 @@ def arguments(parser: Parser) -> None:
         parser, "--monitor", metavar="FILE", dest="properties", text="monitor the properties of this file on board"
     )
     shared.property_lines(parser, "one line of a property file, to monitor")
+    shared.only(parser)
     add("--verify", action="store_true", help="compile it, run test vectors on it, and compare with a run here")
     add("--vectors", metavar="FILE", help="verify: those of a file (default: all steps, where these are few, or drawn)")
     add("--cc", metavar="COMMAND", default=PLAIN.compiler, help="verify: the compiler (default: %(default)s)")

@@ -14,7 +14,7 @@ from llfsm_verify.analysis.coverage.vectorfile import read_vectors
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.cli.commands.build.arguments import PLAIN
 from llfsm_verify.cli.io.output import Output, tell
-from llfsm_verify.cli.opening import open_draft, read_properties, told
+from llfsm_verify.cli.opening import chosen, open_draft, read_properties, told
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing, special_kind
@@ -107,8 +107,10 @@ def _check_command(option: str, text: str, least: int) -> None:
 def _watched(options: Namespace, given: Arrangement, image: Arrangement, optimize: str) -> Watched | None:
     """What goes with the image, if properties are given. UsageError, DiagnosticError (E432, E515, E516)."""
     if not options.properties and not options.property:
+        if options.only:
+            raise UsageError("--only chooses properties of --monitor")
         return None
-    properties = told(read_properties(options), image)
+    properties = told(chosen(read_properties(options), options.only), image)
     if not properties.goals:
         raise UsageError("--monitor: there is no property")
     return watched(given, image, properties, optimize)
