@@ -60,7 +60,7 @@ static bool wait(void)
 
 @monitors static bool violated(const NAME_monitors *monitors)
 @monitors {
-@monitors     uint8_t i;
+@monitors     size_t i;
 @monitors     for (i = 0; i < NAME_PROPERTIES; i++) {
 @monitors         if (NAME_monitors_verdict(monitors, (NAME_property)i) == NAME_VIOLATED) {
 @monitors             return true;
