@@ -30,10 +30,12 @@ from llfsm_verify.targets.c99.monitors import operations
 from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.testing.properties import state_formulas
 from tests.cli.running import llfsm
+from tests.outside import demand
 from tests.quick import each, examples, many, spread
 from tests.targets.c99.compiled import compile_strictly, needs_avr, needs_gcc
 from tests.targets.c99.drawn import adapted
-from tests.targets.c99.watching import Board, Letters, asked, guarded
+from tests.targets.c99.watching import VERDICTS, Board, Letters, asked, guarded
+from tests.targets.c99.ways import SEED, WAYS, Chance
 
 UNDEFINED = ("-O1", "-fsanitize=undefined", "-fno-sanitize-recover=all")
 SHAPES = (
@@ -341,6 +343,64 @@ def test_a_program_for_posix_tells_verdicts_as_its_recording_does(tmp_path):
         ("satisfied", "first", "before the first step"), ("satisfied", "open", "before the first step"),
         ("undecided", "late", "because the recording ended before a verdict"),
     ]  # fmt: skip
+
+
+ELSEWHERE = """#include "small_monitors.h"
+#include "walk.h"
+
+void walk_all(void)
+{
+    static small_state s;
+    static small_inputs in;
+    static small_monitors m;
+    uint64_t seed = UINT64_C(SEED);
+    int16_t number;
+    for (number = 0; number < STEPS; number++) {
+        size_t i;
+        if (number % 20 == 0) {
+            small_init(&s);
+            small_monitors_init(&m, &s);
+        }
+        in.a = pick(&seed, 0, 2) != 0;
+        in.b = pick(&seed, 0, 2) != 0;
+        in.far = (int8_t)((int16_t)pick(&seed, 0, 7) - 3);
+        (void)small_monitored_cycle(&m, &s, &in);
+        for (i = 0; i < small_PROPERTIES; i++) {
+            put_word(small_monitors_verdict(&m, (small_property)i));
+            put(' ');
+            put_word(m.decided[i]);
+            put(' ');
+        }
+        put('\\n');
+    }
+}
+"""
+ELSEWHERE_STEPS = 400
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", ["gcc -O2", "arm -O2", "riscv64 -O2", "wasm", "avr"])
+def test_machines_of_8_to_64_bits_say_the_same(way, tmp_path):
+    demand(*WAYS[way].needs)
+    text = "p0: G (a -> X (b || X a))\np1: F (b && n <= 1)\np2: n * 10000 > -15000 W m@T\np3: G[0:9] !(a && far > 2)\n"
+    text += "p4: X[17] (a -> b)\n"
+    given = small()
+    image, letters, chance = guarded(given, text, "size"), Letters(given, asked(text)), Chance(SEED)
+    assert image.monitors is not None
+    files = {"small.c": image.source(), "small.h": image.header(), **image.monitors.files(MARK)}
+    files["all.c"] = ELSEWHERE.replace("SEED", str(SEED)).replace("STEPS", str(ELSEWHERE_STEPS))
+    files |= {name: Path(__file__).with_name(name).read_text() for name in ("walk.c", "walk.h")}
+    for name, content in files.items():
+        (tmp_path / name).write_text(content)
+    wanted = []
+    for number in range(ELSEWHERE_STEPS):
+        if number % 20 == 0:
+            letters.start()
+        letters.go({"a": chance.pick(0, 2), "b": chance.pick(0, 2), "far": chance.pick(0, 7) - 3})
+        wanted.append("".join(f"{VERDICTS.index(v):x} {step:x} " for v, step in letters.told()[1]))
+    assert {verdict for line in wanted for verdict in line.split()[::2]} == {"0", "1", "2"}
+    WAYS[way].build(tmp_path)
+    assert WAYS[way].run(tmp_path) == wanted
 
 
 # ---------------------------------------------------------------- what is promised
