@@ -287,6 +287,8 @@ PROVOKED: dict[str, Provoked] = {
         (SAVE, "sed -i 's/choices: {go: true}/choices: {}/' safe.trace.yaml", "llfsm coverage a.yaml safe.trace.yaml"),
         LAMP,
     ),
+    "E522": Provoked(("llfsm coverage a.yaml lamp.json",), LAMP | {"lamp.json": '{"vectors": 1,\n "unit": }\n'}),
+    "E523": Provoked(("llfsm coverage a.yaml --vectors a.yaml",), LAMP),
     "E505": Provoked((BUILD.replace("made", "."),), LAMP | {"a.c": "int x;\n"}),
     "E506": Provoked((f"{BUILD.replace('none', 'avr')} --pins pins.yaml",), LAMP | {"pins.yaml": "pins: {go: PB9}\n"}),
     "E507": Provoked((f"{BUILD.replace('none', 'avr')} --clock-hz 4000",), LAMP),
@@ -295,7 +297,6 @@ PROVOKED: dict[str, Provoked] = {
         (f"{BUILD} -p 'x: G (go -> F[0:999] m@ON) && G (m@ON -> F[0:998] !go) && G (!go -> F[0:997] m@OFF)'",), LAMP
     ),
     "E517": Provoked((f"{BUILD} -p 'x: G (n + 1 > 3)'",), _does("n = 1;", "n: {type: int}")),
-    "E522": Provoked((f"{BUILD} --verify --vectors v.json",), LAMP | {"v.json": "{}\n"}),
     "E525": Provoked((BUILD,), {"a.yaml": "name: signal\n" + LAMP["a.yaml"]}),
     "E508": Provoked((f"{BUILD} --verify --cc no-such-compiler",), LAMP),
     "E509": Provoked((f"{BUILD} --verify --vectors v.json",), LAMP | {"v.json": OF_ANOTHER}),

@@ -24,7 +24,7 @@ from llfsm_verify.limits import Budget, Limits, tick
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice, Program
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.probes import Outcome
+from llfsm_verify.semantics.probes import DEAD, Outcome
 
 if TYPE_CHECKING:
     import numpy as np
@@ -146,7 +146,13 @@ class _Search:
                     if begins or not self._cycle:
                         rows.append(tuple(values))
                     begins = bool(ends(record))
+                if self._failed(record):
+                    return rows
                 path = [] if begins or not self._cycle or ended(self._execution, record) else self._onwards(node)
+
+    def _failed(self, record: bytes) -> bool:
+        """Whether a fault has ended the run."""
+        return self._reach.probed.has_faults and bool(self._execution.layout.reader(DEAD)(record))
 
     def _onwards(self, node: int) -> list[int]:
         """An edge that goes on from a node within its cycle; none where it was not explored."""

@@ -53,6 +53,14 @@ def _rows(rows: Sequence[Sequence[int]]) -> str:
     return "[" + ",\n  ".join(str(list(row)) for row in rows) + "]"
 
 
+def is_vectors(path: str | Path) -> bool:
+    """Whether a regular file begins as one does; a file that cannot be read does not."""
+    try:
+        return read_regular(path, 64).lstrip().startswith(b"{")
+    except (OSError, ValueError):
+        return False  # what is wrong with it is said where files of other kinds are read
+
+
 def read_vectors(path: str | Path) -> Vectors:
     """The vectors in a file. DiagnosticError (E522): they cannot be read; the message says what is wrong, and where."""
     try:
@@ -140,12 +148,11 @@ class _Reader:
     def _table(self, value: Json, width: int, where: str) -> tuple[tuple[int, ...], ...]:
         rows = []
         for number, row in enumerate(self._list(value, where)):
-            numbers = (
-                [n for n in row if isinstance(n, int) and not isinstance(n, bool)] if isinstance(row, list) else []
-            )
-            if not isinstance(row, list) or len(row) != width or len(numbers) != width:
+            cells = self._list(row, f"row {number} of {where}")
+            numbers = tuple(n for n in cells if isinstance(n, int) and not isinstance(n, bool))
+            if len(cells) != width or len(numbers) != width:
                 raise self._other(f"row {number} of {where}", f"{width} whole numbers")
-            rows.append(tuple(numbers))
+            rows.append(numbers)
         return tuple(rows)
 
     def _other(self, where: str, wanted: str) -> DiagnosticError:

@@ -1,20 +1,27 @@
-"""What saved traces and recordings cover of an arrangement."""
+"""What saved traces, recordings and test vectors cover of an arrangement."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Final
 
 from llfsm_verify.analysis.coverage import OTHER, UNCOUNTED
 from llfsm_verify.analysis.coverage.measure import Performer
 from llfsm_verify.analysis.coverage.result import Run
+from llfsm_verify.analysis.coverage.running import field_names, performed
+from llfsm_verify.analysis.coverage.vectorfile import is_vectors, program_hash, read_vectors
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.replay.confirm import Misfit
+from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
+from llfsm_verify.runtime.live.plan import runnable
 from llfsm_verify.runtime.recording.file import Recording, is_recording
 from llfsm_verify.runtime.recording.origin import arrangement_of, code_of, free_of, loaded_into
-from llfsm_verify.runtime.recording.replay import Differs, performed, ringlets
+from llfsm_verify.runtime.recording.replay import Differs, ringlets
+from llfsm_verify.runtime.recording.replay import performed as performed_again
+from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.probes import Outcome
 from llfsm_verify.verification.replay import saved_run
 
@@ -29,15 +36,20 @@ class Covered:
     runs: tuple[Run, ...]
 
 
-def covered_by(arrangement: Arrangement, paths: Sequence[str]) -> Covered:
-    """Perform the runs in these files.
+def covered_by(arrangement: Arrangement, paths: Sequence[str], cycle_ms: Fraction | None = None) -> Covered:
+    """Perform the runs in these files. `cycle_ms`: of test vectors of an untimed arrangement.
 
     DiagnosticError: a file cannot be read, is of another arrangement (E520), or has no run that can be counted (E521).
     """
     seen: set[Outcome] = set()
     runs = []
     for path in paths:
-        performer = _recorded(path, arrangement) if is_recording(path) else _saved(path, arrangement)
+        if is_recording(path):
+            performer = _recorded(path, arrangement)
+        elif is_vectors(path):
+            performer = _tested(path, arrangement, cycle_ms)
+        else:
+            performer = _saved(path, arrangement)
         seen |= performer.seen
         runs.append(Run(path, performer.steps))
     return Covered(frozenset(seen), tuple(runs))
@@ -69,10 +81,31 @@ def _recorded(path: str, arrangement: Arrangement) -> Performer:
         code, performer = code_of(recording, ran), Performer(ran)
         free = free_of(recording, performer.probed.program)
         try:
-            taken = ringlets(performed(recording, code), code, performer.probed.program)
+            taken = ringlets(performed_again(recording, code), code, performer.probed.program)
             performer.take(free.items(), (ringlet.move for ringlet in taken if ringlet.move.process is not None))
         except Differs as differs:
             raise _uncounted(path, f"the recording cannot be performed again: {differs}") from None
+    return performer
+
+
+def _tested(path: str, arrangement: Arrangement, cycle_ms: Fraction | None) -> Performer:
+    vectors, image = read_vectors(path), runnable(arrangement, simulated=False, cycle_ms=cycle_ms)
+    program = lower(image, keep_all_bits=True)
+    names = tuple(choice.name for choice in program.choices), field_names(program)
+    if program_hash(program) != vectors.program or names != (vectors.inputs, vectors.fields):
+        raise _other(path, arrangement)
+    execution, performer = Execution(program), Performer(image)
+    for number, wanted in enumerate(vectors.sequences):
+        if any(
+            not c.type.low <= v <= c.type.high
+            for row in wanted.inputs
+            for c, v in zip(program.choices, row, strict=True)
+        ):
+            raise _uncounted(path, f"an input of `sequences[{number}]` is outside its range")
+        run, moves = performed(execution, vectors, wanted.inputs)
+        if run != wanted:
+            raise _uncounted(path, f"`sequences[{number}]` has other records than the executor makes of its inputs")
+        performer.take((), moves)
     return performer
 
 

@@ -19,8 +19,12 @@ def arguments(parser: Parser) -> None:
     shared.arrangement(parser)
     parser.add_argument(
         "traces", metavar="TRACE", nargs="*", default=[],
-        help="files that --save-traces or `llfsm run --record` wrote; together",
+        help="files that --save-traces, `llfsm run --record` or --vectors wrote; together",
     )  # fmt: skip
+    add = parser.add_argument
+    add("--vectors", metavar="FILE", help="find short runs that cover all that is reachable, and write them as tests")
+    shared.choice(parser, "--unit", ("ringlet", "cycle"), "a step of --vectors; in a cycle inputs are held")
+    add("--cycle-ms", metavar="MS", type=shared.milliseconds, help="how long a cycle of an untimed arrangement takes")
     shared.choice(parser, "--format", REPORTS.coverage, "how to report")
     shared.max_states(parser, "end the exploration after N configurations (default: 10^6)")
     shared.memory_and_timeout(parser, "end the exploration")
