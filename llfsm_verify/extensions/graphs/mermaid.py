@@ -31,18 +31,29 @@ _ARROWS = {
     "untaken": "-->",
     "forever": "==>",
     "violating": "==>",
+    "covered": "==>",
+    "uncovered": "-.->",
+    "unreachable": "-.-x",
+    "unknown": "-->",
 }
 _EDGE_STYLES = {
     "turn": "stroke:#c0c0c0,stroke-width:1px",
     "untaken": "stroke:#a0a0a0,stroke-width:1px,color:#808080",
     "forever": "stroke:#1f4e9c,color:#1f4e9c",
     "violating": "stroke:#a02020,color:#a02020",
+    "covered": "stroke:#1b6e3a,color:#1b6e3a",
+    "uncovered": "stroke:#a02020,color:#a02020",
+    "unreachable": "stroke:#606060,color:#606060",
+    "unknown": "stroke:#7a4fa0,color:#7a4fa0",
 }
 _MARKS = {
     "visited": "stroke-width:3px",
     "unvisited": "stroke:#a0a0a0,color:#808080",
     "forever": "stroke:#1f4e9c,stroke-width:3px",
     "violating": "stroke:#a02020,stroke-width:4px",
+    "uncovered": "stroke:#a02020,stroke-width:4px,stroke-dasharray:6 3",
+    "unreachable": "stroke:#606060,color:#606060,stroke-dasharray:2 4",
+    "unknown": "stroke:#7a4fa0,color:#7a4fa0",
 }
 _BARE = frozenset({"sample", "caption"})
 

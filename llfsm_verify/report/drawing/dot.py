@@ -24,8 +24,14 @@ _LINES: dict[str, tuple[int, str]] = {
     "untaken": (1, "#909090"),
     "forever": (2, "#1f4e9c"),
     "violating": (3, "#a02020"),
+    "covered": (2, "#1b6e3a"),
+    "uncovered": (3, "#a02020"),
+    "unreachable": (1, "#606060"),
+    "unknown": (1, "#7a4fa0"),
 }
-"""Solid edges that differ in width and colour."""
+"""Edges that differ in width and colour."""
+_BROKEN = {"uncovered": " style=dashed", "unreachable": " style=dotted", "unknown": " style=dashed"}
+"""Those of them that are not solid."""
 _EDGE_STYLES: dict[str, str] = {
     "transition": "",
     "start": "",
@@ -35,13 +41,19 @@ _EDGE_STYLES: dict[str, str] = {
     "both": "dir=both",
     "watch": 'style=dotted arrowhead=onormal color="#1f4e9c" fontcolor="#1f4e9c"',
     "command": 'penwidth=2 color="#a02020" fontcolor="#a02020"',
-} | {kind: f'penwidth={width} color="{colour}" fontcolor="{colour}"' for kind, (width, colour) in _LINES.items()}
+} | {
+    kind: f'penwidth={width} color="{colour}" fontcolor="{colour}"{_BROKEN.get(kind, "")}'
+    for kind, (width, colour) in _LINES.items()
+}
 _MARKS = {
     "": "fillcolor=white",
     "visited": 'penwidth=2 fillcolor="#e8eef7"',
     "unvisited": 'fillcolor=white color="#a0a0a0" fontcolor="#808080"',
     "forever": 'penwidth=2 color="#1f4e9c" fillcolor="#d5e1f5"',
     "violating": 'penwidth=3 color="#a02020" fillcolor="#fbe3e0"',
+    "uncovered": 'penwidth=3 color="#a02020" fillcolor=white',
+    "unreachable": 'fillcolor="#ececec" color="#606060" fontcolor="#606060"',
+    "unknown": 'fillcolor=white color="#7a4fa0" fontcolor="#7a4fa0"',
 }
 _IN_COMPARTMENTS = frozenset({"state", "suspend", "machine"})
 """The name of these has a compartment of its own."""

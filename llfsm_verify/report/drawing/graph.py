@@ -14,10 +14,10 @@ MAX_NODES = 300
 NodeKind = Literal["initial", "state", "suspend", "machine", "input", "output", "shared", "note", "sample", "caption"]
 EdgeKind = Literal[
     "transition", "start", "turn", "read", "write", "both", "watch", "command",
-    "taken", "untaken", "forever", "violating",
+    "taken", "untaken", "forever", "violating", "covered", "uncovered", "unreachable", "unknown",
 ]  # fmt: skip
-Mark = Literal["", "visited", "unvisited", "forever", "violating"]
-"""What a run that is drawn does in a state."""
+Mark = Literal["", "visited", "unvisited", "forever", "violating", "uncovered", "unreachable", "unknown"]
+"""What a run that is drawn does in a state, or what is known of its coverage."""
 LEGEND = "legend"
 _BREAKS = tuple(map(re.compile, (r"(?<=;) ", r" (?=[?:] )", r" (?=(?:\|\||or) )", r" (?=(?:&&|and) )")))
 """From operators that bind least to those that bind most."""

@@ -108,3 +108,35 @@ def test_runs_of_others_are_refused(tmp_path, monkeypatch):
     assert llfsm("run", "a.yaml", "--rate", "0", "--for", "1s", "--record", "a.rec").returncode == 0
     done = llfsm("coverage", "b.yaml", "a.rec")
     assert (done.returncode, "E520" in done.stderr) == (3, True)
+
+
+@pytest.mark.slow
+def test_a_drawing_says_in_words_what_is_covered(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write("a.yaml", COUPLED)
+    assert llfsm("run", "a.yaml", "--rate", "0", "--for", "1s", "--record", "a.rec").returncode == 0
+    assert llfsm("coverage", "a.yaml", "a.rec", "--draw", "a.dot").returncode == 1
+    lines = Path("a.dot").read_text().splitlines()
+    (taken,) = (line for line in lines if "s0 -> s1" in line and "x &gt; 5" in line)
+    assert "not covered" in taken and "style=dashed" in taken
+    (never,) = (line for line in lines if "s0 -> s1" in line and "n == 0" in line)
+    assert "unreachable" in never and "style=dotted" in never
+    (state,) = (line for line in lines if line.startswith("  s0 ["))
+    assert "covered" in state and "not covered" not in state
+    done = llfsm("coverage", "a.yaml", "--draw", "a.yaml")
+    assert (done.returncode, "no drawing ends like" in done.stderr) == (2, True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["lift", "line_follower", "komodo_stroll"])
+def test_an_engine_agrees_on_states(name):
+    model = lv.load(f"models/{name}/arrangement.yaml")
+    checked = set[str]()
+    for judged in model.coverage():
+        goal = judged.goal
+        asked = f"{goal.machine}@{goal.text} && {goal.machine}.ran"
+        if goal.kind == "state" and (judged.status not in checked or judged.status == "unreachable"):
+            checked.add(judged.status)
+            reached = model.query(asked, "explicit").answer == "reached"
+            assert reached == (judged.status == "reachable"), goal
+    assert "reachable" in checked

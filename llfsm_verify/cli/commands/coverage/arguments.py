@@ -25,6 +25,7 @@ def arguments(parser: Parser) -> None:
     add("--vectors", metavar="FILE", help="find short runs that cover all that is reachable, and write them as tests")
     shared.choice(parser, "--unit", ("ringlet", "cycle"), "a step of --vectors; in a cycle inputs are held")
     add("--cycle-ms", metavar="MS", type=shared.milliseconds, help="how long a cycle of an untimed arrangement takes")
+    add("--draw", metavar="FILE", help="also draw the machines with it, as SVG, PNG, DOT or Mermaid by FILE's ending")
     shared.choice(parser, "--format", REPORTS.coverage, "how to report")
     shared.max_states(parser, "end the exploration after N configurations (default: 10^6)")
     shared.memory_and_timeout(parser, "end the exploration")

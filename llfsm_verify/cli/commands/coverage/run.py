@@ -11,10 +11,15 @@ from llfsm_verify.analysis.coverage.result import Run
 from llfsm_verify.analysis.coverage.search import Found, find_vectors
 from llfsm_verify.analysis.coverage.vectorfile import vectors_text
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.cli.drawing_format import drawing_format
 from llfsm_verify.cli.io.files import ready, ready_beside, write_whole
-from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.opening import limits_of, open_arrangement
 from llfsm_verify.limits import Limits
+from llfsm_verify.report.drawing import UNWRITABLE as NOT_DRAWN
+from llfsm_verify.report.drawing.covered import coverage_graph
+from llfsm_verify.report.drawing.formats import DRAWINGS
+from llfsm_verify.report.drawing.graph import summarise
 from llfsm_verify.report.formats import REPORTS, Style
 from llfsm_verify.runtime.live.plan import runnable, starting_values
 from llfsm_verify.runtime.recording.covering import covered_by
@@ -32,6 +37,9 @@ def run(options: Namespace) -> int:
     if options.vectors is not None:
         ready(given, None, options.vectors, (UNWRITABLE, UNWRITABLE), WHAT)
         ready_beside(options.traces, options.vectors, UNWRITABLE, WHAT)
+    drawing = drawing_format(None, options.draw)
+    ready(given, None, options.draw, (NOT_DRAWN, NOT_DRAWN), "the drawing")
+    ready_beside(options.traces, options.draw, NOT_DRAWN, "the drawing")
     covered = covered_by(given, options.traces, options.cycle_ms)
     seen, runs = covered.seen, covered.runs
     if options.vectors is not None:
@@ -40,6 +48,10 @@ def run(options: Namespace) -> int:
         seen, runs = seen | vectors.seen, (*runs, Run(options.vectors, vectors.steps))
         write_whole(vectors_text(vectors.vectors), options.vectors, UNWRITABLE, WHAT)
     found = coverage(arrangement, seen, runs, limits)
+    if options.draw is not None:
+        graph, note = summarise(coverage_graph(arrangement, found))
+        tell(*([] if note is None else [note]))
+        write_whole(DRAWINGS.load(drawing)(graph), options.draw, NOT_DRAWN, "the drawing")
     output = Output(options.color, options.width)
     output.write(REPORTS.coverage.load(options.format)(found, arrangement, Style()))
     return found.exit_code
