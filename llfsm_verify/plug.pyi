@@ -42,7 +42,7 @@ from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of, mask
 from llfsm_verify.checking.replay.confirm import Letter, Schedule
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.verdict import Exploration, FaultFinding, PropertyResult, Result
+from llfsm_verify.checking.verdict import Exploration, FaultFinding, FaultResult, Options, PropertyResult, Result
 from llfsm_verify.cli.commands import COMMANDS
 from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.parser import CommandEntry, UsageError
@@ -65,10 +65,13 @@ from llfsm_verify.kripke.export.rows import (
 from llfsm_verify.kripke.export.specification import Specification
 from llfsm_verify.kripke.observing import observed_outputs
 from llfsm_verify.language.types import decimal_text
-from llfsm_verify.limits import LimitReached, reached, tick
+from llfsm_verify.limits import LimitReached, Limits, reached, tick
 from llfsm_verify.logic.formula import Formula, apply, atom, conjunction, mapped, negation, postorder
 from llfsm_verify.logic.formula import Op as FormulaOp
-from llfsm_verify.logic.properties import asked_text
+from llfsm_verify.logic.lines import has_header
+from llfsm_verify.logic.properties import PropertySet, asked_text, parse_properties
+from llfsm_verify.logic.reading import GivenLines
+from llfsm_verify.logic.reading import read_source as read_properties
 from llfsm_verify.logic.rewriting.normal_form import nnf
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import (
@@ -100,7 +103,7 @@ from llfsm_verify.program.symbolic import Definitions as SymbolicDefinitions
 from llfsm_verify.program.terms import FALSE, TRUE, const, get, interval, ite, op
 from llfsm_verify.program.terms import conjunction as all_of
 from llfsm_verify.program.trees import expressions, fold, nodes, parts, ringlet, statements, stop_at_faults
-from llfsm_verify.registry import Entry, Package, Registry
+from llfsm_verify.registry import Entry, Package, Registry, Unregistered
 from llfsm_verify.report.codes import all_codes
 from llfsm_verify.report.debugging import lines_of
 from llfsm_verify.report.drawing import NO_LIBRARY as NO_GRAPHVIZ
@@ -112,6 +115,9 @@ from llfsm_verify.report.drawing.graph import Node as DrawnNode
 from llfsm_verify.report.entry import ReportEntry
 from llfsm_verify.report.formats import REPORTS, Style, Written
 from llfsm_verify.report.lint import explain as lint_diagnostic
+from llfsm_verify.report.plain import PIPE_WIDTH, plain_text
+from llfsm_verify.report.saving import trace_documents, update_trace_file
+from llfsm_verify.report.text import result_text, trace_text
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.report.tracetable import MARK as CAUSE_MARK
 from llfsm_verify.report.tracetable import Row as TraceRow
@@ -144,7 +150,8 @@ from llfsm_verify.runtime.recording.timeline import Signal, Timeline
 from llfsm_verify.targets.target import TARGETS, Made, Target
 from llfsm_verify.targets.target import Wanted as TargetWanted
 from llfsm_verify.values import Shown, Value, text
-from llfsm_verify.verification.engines import ENGINES, EngineEntry, Turn
+from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES, EngineEntry, Turn
+from llfsm_verify.verification.replay import Replayed, replay_file
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, Scalar, Sequence, implied, mark, written
 from llfsm_verify.yaml.tables import NUMBER, TRUTHS, Field, Single, Table, Words
@@ -157,6 +164,7 @@ __all__ = [
     "COMMANDS",
     "CONTRADICTED",
     "COUNT",
+    "DEFAULT_ENGINE",
     "DRAWINGS",
     "ENGINES",
     "FALSE",
@@ -169,6 +177,7 @@ __all__ = [
     "MODELS",
     "NO_GRAPHVIZ",
     "NUMBER",
+    "PIPE_WIDTH",
     "PORTS",
     "REPORTS",
     "SECONDS",
@@ -212,12 +221,14 @@ __all__ = [
     "Expr",
     "Fault",
     "FaultFinding",
+    "FaultResult",
     "Field",
     "Formula",
     "FormulaOp",
     "Get",
     "Given",
     "GivenArrangement",
+    "GivenLines",
     "Goal",
     "Graph",
     "Holds",
@@ -232,6 +243,7 @@ __all__ = [
     "Let",
     "Letter",
     "LimitReached",
+    "Limits",
     "LinePort",
     "Link",
     "LintResult",
@@ -245,6 +257,7 @@ __all__ = [
     "Node",
     "Op",
     "OpName",
+    "Options",
     "Output",
     "Package",
     "ParameterDraft",
@@ -254,8 +267,10 @@ __all__ = [
     "ProcessDraft",
     "Program",
     "PropertyResult",
+    "PropertySet",
     "Reading",
     "Registry",
+    "Replayed",
     "Report",
     "ReportEntry",
     "Result",
@@ -293,6 +308,7 @@ __all__ = [
     "Unknown",
     "Unopened",
     "Unreadable",
+    "Unregistered",
     "UsageError",
     "Value",
     "Values",
@@ -326,6 +342,7 @@ __all__ = [
     "find_accepting_lasso",
     "fold",
     "get",
+    "has_header",
     "implied",
     "initial_letters",
     "initial_text",
@@ -346,12 +363,17 @@ __all__ = [
     "op",
     "opened",
     "parse_command",
+    "parse_properties",
     "parts",
+    "plain_text",
     "portions",
     "postorder",
     "reached",
     "read_named",
+    "read_properties",
     "read_source",
+    "replay_file",
+    "result_text",
     "resumed_text",
     "ringlet",
     "scalars",
@@ -363,10 +385,13 @@ __all__ = [
     "summary_text",
     "text",
     "tick",
+    "trace_documents",
     "trace_rows",
+    "trace_text",
     "translate",
     "typed",
     "under_assumptions",
+    "update_trace_file",
     "vacuity_texts",
     "verdict_text",
     "ways",

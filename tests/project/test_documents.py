@@ -44,7 +44,7 @@ ENDED = "kill %1; wait"
 ASKED = ("llfsm whiteboard list", "llfsm whiteboard get")
 MOST = 120
 """Seconds that a run may take to begin, to read what is posted, and to end."""
-PLUGIN = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_PLUGINS": "llfsm_verify.testing.pytest_plugin"}
+PLUGIN = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_PLUGINS": "llfsm_verify.extensions.pytest_plugin.plugin"}
 """Our plugin, and no other that happens to be installed."""
 
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -117,7 +117,7 @@ def test_the_wheel_has_everything(wheel):
     assert any(n.endswith(".lark") for n in names) and any(n.endswith("result.schema.json") for n in names)
     assert "llfsm_verify/py.typed" in names
     text = told(wheel, "entry_points.txt")
-    assert "[pytest11]\nllfsm = llfsm_verify.testing.pytest_plugin" in text
+    assert "[pytest11]\nllfsm = llfsm_verify.extensions.pytest_plugin.plugin" in text
     assert "llfsm = llfsm_verify.cli:main" in text and "llfsm-verify = llfsm_verify.cli:main_verify" in text
 
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from tests.cli.running import llfsm
-from tests.testing.preloaded import PRELOADED
+from tests.extensions.pytest_plugin.preloaded import PRELOADED
 
 assert PRELOADED
 
@@ -11,7 +11,7 @@ assert PRELOADED
 @pytest.fixture
 def project(pytester, monkeypatch):
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
-    monkeypatch.setenv("PYTEST_PLUGINS", "llfsm_verify.testing.pytest_plugin")
+    monkeypatch.setenv("PYTEST_PLUGINS", "llfsm_verify.extensions.pytest_plugin.plugin")
     done = llfsm("init", "crossing")
     assert done.returncode == 0 and "written: crossing/arrangement.yaml" in done.stdout and not done.stderr
     monkeypatch.chdir(pytester.path / "crossing")

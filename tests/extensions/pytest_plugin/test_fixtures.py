@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from llfsm_verify.testing.pytest_plugin import session
+from llfsm_verify.testing import session
 from tests.cli.running import llfsm
 
 NEVER = "def test_never(check):\n    check.holds('G !m@OPEN')\n"
@@ -20,7 +20,8 @@ def stdout(result) -> str:
 @pytest.mark.slow
 def test_every_pytest_run_imports_the_plugin_and_nothing_heavy_with_it():
     heavy = ("lark", "yaml", "rich", "llvmlite", "numpy", "numba", "hypothesis", "networkx")
-    code = f"import pytest, sys, llfsm_verify.testing.pytest_plugin; print([m for m in {heavy!r} if m in sys.modules])"
+    module = "llfsm_verify.extensions.pytest_plugin.plugin"
+    code = f"import pytest, sys, {module}; print([m for m in {heavy!r} if m in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False).stdout == "[]\n"
 
 

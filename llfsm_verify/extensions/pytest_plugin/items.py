@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from llfsm_verify.testing.pytest_plugin.texts import SUFFIX, UPDATE
+from llfsm_verify.extensions.pytest_plugin.texts import SUFFIX, UPDATE
 
 if TYPE_CHECKING:
-    from llfsm_verify.verification.replay import Replayed
+    from llfsm_verify.plug import Replayed
 
 ANSWER = "llfsm"
 """The key of what a test tells at the end of the run."""
@@ -31,8 +31,8 @@ class TraceTest(pytest.Item):
 
     def runtest(self) -> None:
         """Fails when the replay finds something else than `expect:`, or when the file no longer fits."""
-        from llfsm_verify.testing.pytest_plugin.session import session_of, without_traceback
-        from llfsm_verify.verification.replay import replay_file
+        from llfsm_verify.extensions.pytest_plugin.session import session_of, without_traceback
+        from llfsm_verify.plug import replay_file
 
         with without_traceback(self.config):
             done = replay_file(str(self.path), None, session_of(self.config).arrangement)
@@ -43,7 +43,7 @@ class TraceTest(pytest.Item):
 
     def _update(self, done: Replayed) -> None:
         """Write what was found into the file, where it says something else."""
-        from llfsm_verify.report.saving import update_trace_file
+        from llfsm_verify.plug import update_trace_file
 
         assert done.found is not None
         if update_trace_file(self.path, done.found, done.arrangement.digest):
@@ -52,9 +52,8 @@ class TraceTest(pytest.Item):
 
     def _text(self, done: Replayed) -> str:
         """The sentence of `llfsm replay`, what to do about it, and the table of the steps."""
-        from llfsm_verify.report.plain import plain_text
-        from llfsm_verify.report.text import trace_text
-        from llfsm_verify.testing.pytest_plugin.session import width
+        from llfsm_verify.extensions.pytest_plugin.session import width
+        from llfsm_verify.plug import plain_text, trace_text
 
         lines = [f"{self._shown}: {done.sentence}", done.title]
         lines += [f"note: {note}" for note in done.notes]

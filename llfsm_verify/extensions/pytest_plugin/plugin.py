@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from llfsm_verify.testing.pytest_plugin.items import ANSWER, TraceTests
-from llfsm_verify.testing.pytest_plugin.texts import MARKER, SAVE, SUFFIX, UPDATE
+from llfsm_verify.extensions.pytest_plugin.items import ANSWER, TraceTests
+from llfsm_verify.extensions.pytest_plugin.texts import MARKER, SAVE, SUFFIX, UPDATE
 
 if TYPE_CHECKING:
-    from llfsm_verify.arrangement.model import Arrangement
-    from llfsm_verify.runtime.stepping.simulation import Simulation
-    from llfsm_verify.testing.pytest_plugin.checks import Check
+    from llfsm_verify import Simulation
+    from llfsm_verify.extensions.pytest_plugin.checks import Check
+    from llfsm_verify.plug import Arrangement
     from llfsm_verify.testing.stretches import Wrapper
 
 __all__ = ["TraceTests"]
@@ -71,7 +71,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 def arrangement(request: pytest.FixtureRequest) -> Arrangement:
     """The arrangement that the marker `llfsm_arrangement`, or the ini key of that name, names; else the only
     `arrangement.yaml` near the test file."""
-    from llfsm_verify.testing.pytest_plugin.session import arrangement_of, session_of, without_traceback
+    from llfsm_verify.extensions.pytest_plugin.session import arrangement_of, session_of, without_traceback
 
     with without_traceback(request.config):
         return session_of(request.config).arrangement(arrangement_of(request.node, request.config))
@@ -80,7 +80,7 @@ def arrangement(request: pytest.FixtureRequest) -> Arrangement:
 @pytest.fixture
 def load_arrangement(request: pytest.FixtureRequest) -> Callable[[str | Path], Arrangement]:
     """`load_arrangement(path)`: another arrangement; a relative path is taken from the folder of the test file."""
-    from llfsm_verify.testing.pytest_plugin.session import session_of, without_traceback
+    from llfsm_verify.extensions.pytest_plugin.session import session_of, without_traceback
 
     def load(path: str | Path) -> Arrangement:
         __tracebackhide__ = True
@@ -93,7 +93,7 @@ def load_arrangement(request: pytest.FixtureRequest) -> Callable[[str | Path], A
 @pytest.fixture
 def simulation(request: pytest.FixtureRequest, arrangement: Arrangement | Wrapper) -> Simulation:
     """`arrangement`, ready for its first step; inputs that a step is not given have their lowest values."""
-    from llfsm_verify.testing.pytest_plugin.session import session_of, without_traceback
+    from llfsm_verify.extensions.pytest_plugin.session import session_of, without_traceback
     from llfsm_verify.testing.stretches import unwrap
 
     with without_traceback(request.config):
@@ -103,6 +103,6 @@ def simulation(request: pytest.FixtureRequest, arrangement: Arrangement | Wrappe
 @pytest.fixture
 def check(request: pytest.FixtureRequest) -> Check:
     """`check.holds(…)`, `check.violated(…)`, `check.file(…)`, of the fixture `arrangement` or that of `check.on(…)`."""
-    from llfsm_verify.testing.pytest_plugin.checks import Check
+    from llfsm_verify.extensions.pytest_plugin.checks import Check
 
     return Check(request)

@@ -11,24 +11,34 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.verdict import FaultResult, Options, PropertyResult, Result, Verdict
-from llfsm_verify.diagnostics import DiagnosticError
-from llfsm_verify.limits import Limits
-from llfsm_verify.logic.lines import has_header
-from llfsm_verify.logic.properties import PropertySet, asked_text, parse_properties
-from llfsm_verify.logic.reading import GivenLines, read_source
-from llfsm_verify.registry import Unregistered
-from llfsm_verify.report.plain import plain_text
-from llfsm_verify.report.saving import trace_documents
-from llfsm_verify.report.text import result_text
-from llfsm_verify.report.wording import fault_text, vacuity_texts
+from llfsm_verify import DiagnosticError, Verdict
+from llfsm_verify.extensions.pytest_plugin.session import failure, session_of, width, without_traceback
+from llfsm_verify.extensions.pytest_plugin.texts import SAVE
+from llfsm_verify.plug import (
+    DEFAULT_ENGINE,
+    ENGINES,
+    Arrangement,
+    FaultResult,
+    GivenLines,
+    Limits,
+    Options,
+    PropertyResult,
+    PropertySet,
+    Result,
+    Trace,
+    Unregistered,
+    asked_text,
+    fault_text,
+    has_header,
+    parse_properties,
+    plain_text,
+    read_properties,
+    result_text,
+    trace_documents,
+    vacuity_texts,
+)
 from llfsm_verify.testing.failure import keep_trace
-from llfsm_verify.testing.pytest_plugin.session import failure, session_of, width, without_traceback
-from llfsm_verify.testing.pytest_plugin.texts import SAVE
 from llfsm_verify.testing.stretches import Wrapper, unwrap
-from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 
 if TYPE_CHECKING:
     import pytest
@@ -121,7 +131,7 @@ class Check:
         limits = Limits(max_states, memory, timeout)
         options = _options(limits, strict=strict, accepted=accept_vacuity, contradiction=allow_contradiction)
         with without_traceback(self._config):
-            found = parse_properties([read_source(self._folder / path)])
+            found = parse_properties([read_properties(self._folder / path)])
             unknown = sorted({*violated, *accept_vacuity} - {p.name for p in found.goals})
             if unknown:
                 raise failure([f"{path} has no property {', '.join(f'`{name}`' for name in unknown)}"], self._config)
