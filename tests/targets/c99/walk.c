@@ -12,15 +12,22 @@ uint64_t chance(uint64_t *seed)
     return x * UINT64_C(2685821657736338717);
 }
 
-/* One of `size` numbers from `low`, often the first or the last; a size of 0 means all words. */
+/* One of `size` numbers from `low`, often the first, the last or one near 0; a size of 0 means all words. */
 uint64_t pick(uint64_t *seed, uint64_t low, uint64_t size)
 {
     uint64_t kind = chance(seed) >> 62;
-    uint64_t any = chance(seed) >> 3;
+    uint64_t any = chance(seed);
+    uint64_t near = (any >> 8) % 5 - 2;
     if (kind == 0) {
         return low;
     }
-    return kind == 1 ? low + size - 1 : low + (size == 0 ? any : any % size);
+    if (kind == 1) {
+        return low + size - 1;
+    }
+    if (kind == 2 && (size == 0 || near - low < size)) {
+        return near;
+    }
+    return low + (size == 0 ? any : any % size);
 }
 
 void put_word(uint64_t word)

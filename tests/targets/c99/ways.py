@@ -45,10 +45,12 @@ class Chance:
 
     def pick(self, low: int, size: int) -> int:
         """See `pick` in `walk.c`."""
-        kind, any_ = self.word() >> 62, self.word() >> 3
-        if kind == 0:
-            return low
-        return low + size - 1 if kind == 1 else low + any_ % size
+        kind, any_ = self.word() >> 62, self.word()
+        near = (any_ >> 8) % 5 - 2
+        if kind < 2:
+            return low + kind * (size - 1)
+        past = near - low & WORD
+        return low + (past if kind == 2 and past < size else any_ % size)
 
 
 def _asked(choice: Choice) -> bool:
