@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import prod
 from typing import TYPE_CHECKING, Literal
 
 from llfsm_verify.analysis.coverage.goals import goals_of
@@ -25,12 +26,18 @@ from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice, Program
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.probes import DEAD, Outcome
+from llfsm_verify.transforms.narrowing import narrowed
+from llfsm_verify.transforms.probing import Probed
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
 Unit = Literal["ringlet", "cycle"]
+MOST_TOGETHER = 1 << 10
+"""Values of all inputs that are held, together, that are all tried."""
+MOST_VALUES = 64
+"""Of a wide input that is held."""
 Rows = Sequence[Sequence[int]]
 
 
@@ -52,12 +59,15 @@ def find_vectors(
     As far as limits allow. Raises DiagnosticError: the arrangement has no meaning.
     """
     limits = limits or Limits()
-    explored = _held(arrangement) if unit == "cycle" else arrangement
+    explored, of = arrangement, told(arrangement)
+    if unit == "cycle":
+        explored = _held(arrangement)
+        of = _narrow(told(explored), arrangement, image, first, limits)
     program = lower(image, keep_all_bits=True)
     execution = Execution(program)
     inputs = tuple(choice.name for choice in program.choices)
     empty = Vectors(program_hash(program), unit, inputs, field_names(program), ())
-    reach = Reach(told(explored), Budget(replace(limits, max_states=limits.max_states or MAX_STATES)))
+    reach = Reach(of, Budget(replace(limits, max_states=limits.max_states or MAX_STATES)))
     try:
         ways = (reachable_way(goal, reach) for goal in goals_of(explored, reach.probed))
         wanted = frozenset(outcome for way in ways if way is not None for outcome in way)
@@ -74,6 +84,26 @@ def _held(arrangement: Arrangement) -> Arrangement:
     """The same, with inputs that keep their values for a cycle."""
     board = (replace(w, changes="cycle") if w.changes == "step" else w for w in arrangement.whiteboard)
     return replace(arrangement, whiteboard=tuple(board))
+
+
+def _narrow(
+    held: Probed, arrangement: Arrangement, image: Arrangement, first: Mapping[str, int], limits: Limits
+) -> Probed:
+    """A program of held inputs in which wide ones, which multiply its configurations, have only the values that vectors
+    of ringlets give them: one or more of each class."""
+    sizes = {c.name: c.type.high - c.type.low + 1 for c in held.program.choices if c.input}
+    least = MOST_TOGETHER if prod(sizes.values()) <= MOST_TOGETHER else 2
+    wide = [name for name, size in sizes.items() if size > least]
+    if not wide:
+        return held
+    vectors = find_vectors(arrangement, image, first, "ringlet", limits).vectors
+    places = {name: place for place, name in enumerate(vectors.inputs)}
+    values = {
+        name: tuple(sorted({row[places[name]] for run in vectors.sequences for row in run.inputs}))[:MOST_VALUES]
+        for name in wide
+        if name in places
+    }
+    return replace(held, program=narrowed(held.program, {name: given for name, given in values.items() if given}))
 
 
 class _Shown:
@@ -164,10 +194,10 @@ class _Search:
         layout = self._execution.layout
 
         def value(choice: Choice, old: int) -> int:
+            if choice.input in self._variables:  # also what was sampled into it
+                return int(layout.reader(choice.input)(record))
             if choice.name in move.choices:
                 return move.choices[choice.name]
-            if choice.input in self._variables:
-                return int(layout.reader(choice.input)(record))
             return old if choice.input else choice.type.low
 
         return [value(choice, old) for choice, old in zip(self._image.choices, before, strict=True)]

@@ -75,6 +75,17 @@ def test_what_a_plant_wrote_is_an_input_of_the_image(name):
     assert len(vectors.sequences) < 4
 
 
+@pytest.mark.slow
+def test_wide_inputs_that_are_held_have_a_value_of_each_class():
+    arrangement = load_arrangement("models/distance_sensor/arrangement.yaml")
+    vectors = check(arrangement, "cycle")
+    image = runnable(arrangement, simulated=False)
+    program = lower(image, keep_all_bits=True)
+    again = find_vectors(arrangement, image, starting_values(program), "cycle")
+    assert again.vectors == vectors
+    assert not list(coverage(arrangement, again.seen).of("reachable"))
+
+
 def test_no_sequence_adds_nothing():
     vectors = check(build_arrangement(COUPLED), "ringlet")
     assert len(vectors.sequences) == len(set(vectors.sequences)) <= 2
