@@ -65,8 +65,10 @@ def read_vectors(path: str | Path) -> Vectors:
     """The vectors in a file. DiagnosticError (E522): they cannot be read; the message says what is wrong, and where."""
     try:
         data = read_regular(path, MOST_BYTES + 1)
-    except (OSError, ValueError) as error:
-        raise _bad(path, f"the file cannot be read: {getattr(error, 'strerror', None) or 'it is not a path'}") from None
+    except OSError as error:
+        raise _bad(path, f"the file cannot be read: {error.strerror or 'input/output error'}") from None
+    except ValueError:
+        raise _bad(path, "this is not the path of a file") from None
     if len(data) > MOST_BYTES:
         raise _bad(path, f"the file is larger than {MOST_BYTES >> 20} MiB")
     try:

@@ -127,6 +127,14 @@ def test_a_damaged_file_is_refused(tmp_path, old, new, said):
     assert said in str(refused.value)
 
 
+@pytest.mark.parametrize(
+    ("name", "said"), [("no.json", "No such file"), (".", "a directory"), ("a\0b", "not the path")]
+)
+def test_what_is_no_file_is_refused(name, said):
+    with pytest.raises(DiagnosticError, match=said):
+        read_vectors(name)
+
+
 def test_the_hash_is_of_what_a_program_does():
     program = lower(build_arrangement(COUPLED), keep_all_bits=True)
     assert program_hash(program) == program_hash(lower(build_arrangement(COUPLED), keep_all_bits=True))
