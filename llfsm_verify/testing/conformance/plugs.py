@@ -296,6 +296,13 @@ def _lints() -> dict[str, Callable[[], tuple[object, ...]]]:
     return {name: partial(_with_style, *pair) for name, pair in found.items()}
 
 
+def _coverages() -> dict[str, Callable[[], tuple[object, ...]]]:
+    from llfsm_verify.analysis.coverage.measure import coverage
+
+    found = {name: (coverage(of), of) for name, of in _arrangements().items()}
+    return {name: partial(_with_style, *pair) for name, pair in found.items()}
+
+
 def _queries() -> dict[str, Callable[[], tuple[object, ...]]]:
     from llfsm_verify.checking.verdict import Options
     from llfsm_verify.verification.query import ask, parse_query
@@ -339,7 +346,7 @@ def _monitors() -> dict[str, Callable[[], tuple[object, ...]]]:
 
 
 _SUBJECTS: Mapping[str, Callable[[], Mapping[str, Callable[[], tuple[object, ...]]]]] = MappingProxyType({
-    "result": _results, "lint": _lints, "query": _queries, "access": _accesses, "simulation": _simulations,
+    "result": _results, "lint": _lints, "coverage": _coverages, "query": _queries, "access": _accesses, "simulation": _simulations,
     "monitor": _monitors,
 })  # fmt: skip
 
