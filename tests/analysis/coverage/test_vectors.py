@@ -147,6 +147,7 @@ def test_vectors_count_as_runs_and_changed_ones_do_not(tmp_path, monkeypatch):
     write("a.yaml", COUPLED)
     assert llfsm("coverage", "a.yaml", "--vectors", "a.json").returncode == 0
     assert llfsm("coverage", "a.yaml", "a.json").returncode == 0
+    assert llfsm("coverage", "a.yaml", "--unit", "cycle").returncode == 2
     document = json.loads(Path("a.json").read_text())
     document["sequences"][0]["records"][0][0] += 1
     Path("b.json").write_text(json.dumps(document))

@@ -15,6 +15,7 @@ from llfsm_verify.cli.drawing_format import drawing_format
 from llfsm_verify.cli.io.files import ready, ready_beside, write_whole
 from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.opening import limits_of, open_arrangement
+from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.limits import Limits
 from llfsm_verify.report.drawing import UNWRITABLE as NOT_DRAWN
 from llfsm_verify.report.drawing.covered import coverage_graph
@@ -32,6 +33,8 @@ WHAT = "the file of vectors"
 def run(options: Namespace) -> int:
     """Returns the exit code of the result; raises DiagnosticError: wrong files, runs that are not of the arrangement
     (E520, E521), vectors of what no image can run (E503), or that cannot be written (E523)."""
+    if options.vectors is None and options.unit != "ringlet":
+        raise UsageError("--unit is for --vectors")
     given, limits = open_arrangement(options.arrangement), limits_of(options)
     arrangement = given
     if options.vectors is not None:
