@@ -346,8 +346,8 @@ def _monitors() -> dict[str, Callable[[], tuple[object, ...]]]:
 
 
 _SUBJECTS: Mapping[str, Callable[[], Mapping[str, Callable[[], tuple[object, ...]]]]] = MappingProxyType({
-    "result": _results, "lint": _lints, "coverage": _coverages, "query": _queries, "access": _accesses, "simulation": _simulations,
-    "monitor": _monitors,
+    "result": _results, "lint": _lints, "coverage": _coverages, "query": _queries, "access": _accesses,
+    "simulation": _simulations, "monitor": _monitors,
 })  # fmt: skip
 
 
