@@ -133,7 +133,11 @@ def _apart(program: Program, monitors: tuple[OnBoard, ...]) -> Watched:
     atoms = {a.name: get(a.output, a.expression.type) if a.output in sampled else a.expression for a in program.atoms}
     first = {a.name: _at_first(program, a.expression) for a in program.atoms}
     program = replace(
-        program, vars=tuple(v for v in program.vars if v.name not in taken), letter=letter, letter_stutter=()
+        program,
+        vars=tuple(v for v in program.vars if v.name not in taken),
+        atoms=tuple(a for a in program.atoms if a.output not in taken),
+        letter=letter,
+        letter_stutter=(),
     )
     return Watched(program, monitors, atoms, first)
 

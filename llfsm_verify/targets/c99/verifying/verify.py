@@ -58,6 +58,9 @@ def verify(means: Means, wanted: Wanted, made: Made, vectors: Vectors | None) ->
             return Verified((f"On {where.name}: {ran.difference}.",), ran.difference)
     counted = " and ".join(f"{ran.steps} {unit}s" for unit, (ran, _) in found.items())
     lines = [f"Verified on {where.name}: {counted}, 0 differences.", *_about(found, ours=vectors is None)]
+    if image.monitors is not None:
+        call = f"{image.prefix}_monitors_step"
+        lines.append(f"The monitors were not run: no verdict is compared, and no time has that of {call} in it.")
     if chip is not None:
         lines += _costs(where, image, wanted, made, found)
     return Verified(tuple(lines), None)

@@ -256,6 +256,21 @@ def test_the_command_tells_costs_on_an_avr(path, tmp_path):
     assert re.search(r"^Worst cycle: \d+ CPU cycles, [\d.]+ ms of 1000 ms\.$", out, LINES)
 
 
+WATCHED = ("--property", "p: G !(shown > 200 && go)", "--property", "q: G (m@B -> m.n < 9)")
+
+
+@needs_gcc
+@pytest.mark.slow
+@pytest.mark.parametrize("world", ["none", "posix", pytest.param("avr", marks=needs_avr)])
+def test_an_image_with_monitors_is_verified_without_them_and_that_is_said(world, path, tmp_path):
+    (tmp_path / "pins.yaml").write_text("pins: {go: PB0}\n")
+    code, out, err = said(path, "--target", "c", "--for", world, "--verify", *WATCHED)
+    assert (code, err) == (0, "")
+    assert re.search(r"^Verified on .*: \d+ ringlets and \d+ cycles, 0 differences\.$", out, LINES)
+    told = "The monitors were not run: no verdict is compared, and no time has that of small_monitors_step in it."
+    assert told in out.splitlines()
+
+
 @needs_gcc
 @pytest.mark.slow
 def test_vectors_of_a_file_are_run(path, tmp_path):
