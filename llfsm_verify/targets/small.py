@@ -1,13 +1,15 @@
 """Step programs without what nobody can see: for `--optimize size`.
 
-Left out: control variables that nothing reads; faults that no step meets, where all steps can be explored; and what
-follows a ringlet, where the turn decides it. What users have named keeps its values, in the same steps.
+Left out: control variables that nothing reads; faults that no step meets, where all steps can be explored, also those
+after NAME_safe; and what follows a ringlet, where the turn decides it. What users have named keeps its values, in the
+same steps.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.program.dependence import blocks, uses
@@ -27,15 +29,16 @@ from llfsm_verify.program.program import (
     Switch,
 )
 from llfsm_verify.program.trees import expressions, nodes, rebuilt, statements, with_branches
+from llfsm_verify.values import Value
 
 MOST_STEPS = 200_000
 """That are explored for faults."""
 
 
-def smaller(program: Program, kept: Collection[str] = ()) -> Program:
-    """The program for an image. `kept`: variables that somebody else reads. Faults that it cannot meet are not checked
-    any more, and keep their numbers (`unchecked`)."""
-    never = _never_met(program)
+def smaller(program: Program, kept: Collection[str] = (), safe: Mapping[str, Value] = MappingProxyType({})) -> Program:
+    """The program for an image. `kept`: variables that somebody else reads; `safe`: values that a caller can give
+    outputs between steps. Faults that it cannot meet are not checked any more, and keep their numbers (`unchecked`)."""
+    never = _never_met(program, safe)
     program = _changed(program, lambda block: _without(block, lambda s: isinstance(s, Fault) and s.fault in never))
     program = _with_turns(program)
     while unread := _unread(program, kept):
@@ -50,24 +53,36 @@ def unchecked(program: Program) -> frozenset[int]:
     return frozenset(range(len(program.faults))) - there
 
 
-def _never_met(program: Program) -> frozenset[int]:
-    """The faults that no step from a configuration that can be reached meets."""
+def _never_met(program: Program, safe: Mapping[str, Value]) -> frozenset[int]:
+    """The faults that no step meets from a configuration that steps, and a caller with safe values, can reach."""
     native = NativeProgram(program)
     if not program.faults or native.layout.initial_count() > MOST_STEPS:
         return frozenset()
-    todo = list(native.layout.initial_records())
-    seen, met, count = set(todo), set[int](), 0
+    read = {name for block, _ in blocks(program) for name in _read(block)}
+    changes = {name: value for name, value in safe.items() if name in read}
+    todo, seen, met, count = list[bytes](), set[bytes](), set[int](), 0
+
+    def reach(record: bytes) -> None:
+        if record in seen:
+            return
+        seen.add(record)
+        todo.append(record)
+        if changes:
+            reach(native.layout.encode_record({**native.layout.decode_record(record), **changes}))
+
+    for record in native.layout.initial_records():
+        reach(record)
     while todo:
-        data, number, todo = b"".join(todo), len(todo), []
+        data, number = b"".join(todo), len(todo)
+        todo.clear()
         for edge in native.edges(data, number):
             count += 1
             if count > MOST_STEPS:
                 return frozenset()
             if edge.status:
                 met.add(edge.status - 1)
-            elif edge.record not in seen:
-                seen.add(edge.record)
-                todo.append(edge.record)
+            else:
+                reach(edge.record)
     return frozenset(range(len(program.faults))) - met
 
 

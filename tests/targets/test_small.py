@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections import Counter
 from dataclasses import replace
 from random import Random
@@ -29,7 +28,7 @@ EVERYTHING = "tests/targets/c99/everything.yaml"
 
 
 def shrunk(image: Image) -> Image:
-    return Image(small.smaller(image.program), replace(image.meaning, small=True))
+    return Image(small.smaller(image.program, safe=image.meaning.safe), replace(image.meaning, small=True))
 
 
 def walk(arrangement: Arrangement, random: Random, tally: Counter[str], steps: int = 60) -> None:
@@ -37,8 +36,6 @@ def walk(arrangement: Arrangement, random: Random, tally: Counter[str], steps: i
     image = image_for(arrangement)
     made, native = shrunk(image), NativeProgram(image.program, effort="quick")
     built = Built(made, "-O0")
-    for call in built._calls.values():
-        call.restype = ctypes.c_int8 if len(image.program.faults) < 128 else ctypes.c_int16
     record, got = native.layout.first(), built.start()
     users = {v.name for v in image.program.vars if v.origin.kind not in ("control", "output")}
     assert users <= got.keys()
@@ -102,13 +99,54 @@ def test_the_microwave_has_no_copy_of_its_state_and_no_checks():
     assert "after_ringlet" not in source
 
 
+TABLE = """
+name: table
+cycle_ms: 10
+whiteboard:
+  go: {type: bool, role: input}
+  pos: {type: 0..3, role: output, init: 0, safe: 3}
+  far: {type: 0..3, role: output, init: 0, safe: 3}
+machines:
+  m:
+    inline:
+      machine: M
+      variables: {t: {type: {array: 0..2, size: 3}}, n: {type: 0..2}}
+      states:
+        - name: A
+          internal: "n = n == 2 ? 0 : n + 1; t[pos] = 1; pos = go ? 2 : 0; far = pos;"
+          transitions: [{when: false, to: A}]
+schedule: [m]
+"""
+
+
+@needs_gcc
+@pytest.mark.slow
+def test_steps_after_safe_values_meet_the_faults_that_only_these_bring(tmp_path):
+    (tmp_path / "table.yaml").write_text(TABLE)
+    image = image_for(image_of(load_arrangement(tmp_path / "table.yaml")))
+    for made in (image, shrunk(image)):
+        built = Built(made, "-O0")
+        built.start()
+        assert built.step({"go": 1}) == 0
+        built.make_safe()
+        before = built.state()
+        assert (before["pos"], before["far"]) == (3, 3)
+        number = built.step({"go": 1})
+        assert number > 0
+        assert "index outside the array" in image.program.faults[number - 1].message
+        assert built.state() == before
+    (left,) = small.unchecked(made.program)
+    assert left != number - 1
+    assert "it is not checked" in made.header()
+
+
 @needs_gcc
 @pytest.mark.slow
 @pytest.mark.parametrize("mistake", ["_never_met", "_unread", "_known"])
 def test_each_planted_mistake_is_seen(mistake, monkeypatch):
     """A fault that can be met is left out; a variable that is read; a value that another statement has changed."""
     if mistake == "_never_met":
-        monkeypatch.setattr(small, mistake, lambda program: frozenset(range(len(program.faults))))
+        monkeypatch.setattr(small, mistake, lambda program, _: frozenset(range(len(program.faults))))
     elif mistake == "_unread":
         monkeypatch.setattr(small, mistake, lambda program, _: {v.name for v in program.vars if "clock" in v.name})
     else:

@@ -106,7 +106,9 @@ class Image:
             f"{p}_status {p}_step({p}_state *state, const {p}_inputs *inputs);\n",
             comment("The ringlets of a cycle, with the inputs held."),
             f"{p}_status {p}_cycle({p}_state *state, const {p}_inputs *inputs);\n",
-            comment("Outputs that have safe values get them; so they do after a fault."),
+            comment(
+                "Outputs that have safe values get them, as after a fault. Where there was none, steps may follow."
+            ),
             f"void {p}_safe({p}_state *state);\n",
             f"uint32_t {p}_layout(void);\n",
             "#ifdef __cplusplus\n}\n#endif\n\n#endif",
@@ -119,10 +121,16 @@ class Image:
             yield comment("Nanoseconds of a cycle. Clocks count cycles and stop at their bounds: nothing wraps around.")
             yield f"#define {self.prefix}_PERIOD_NS {written(int(period), 'uint64_t')}"
 
+    @property
+    def status_type(self) -> str:
+        """That of NAME_status."""
+        count = len(self.program.faults)
+        if self.meaning.small and count < 1 << 7:
+            return "int8_t"
+        return "int16_t" if count < 1 << 15 else "int32_t"
+
     def _statuses(self) -> Iterator[str]:
-        wide = "int16_t" if len(self.program.faults) < 1 << 15 else "int32_t"
-        wide = "int8_t" if self.meaning.small and len(self.program.faults) < 1 << 7 else wide
-        yield f"typedef {wide} {self.prefix}_status;"
+        yield f"typedef {self.status_type} {self.prefix}_status;"
         for name, (value, about) in STATUSES.items():
             yield f"#define {self.prefix}_{name} {written(value, 'int16_t')} {comment(about)}"
         if self.program.faults:
@@ -183,7 +191,7 @@ class Image:
         """A number that is another one where a struct is."""
         fields = [f"{f.path} {f.type} {f.var.length} {f.var.type}" for f in self.names.fields.values()]
         inputs = [f"{self.names.inputs[c.name]} {stored_as(c.type)} {c.type}" for c in self.program.choices]
-        text = "\n".join([self.prefix, *fields, *self.names.counted, "", *inputs])
+        text = "\n".join([self.prefix, *fields, *self.names.counted, self.status_type, "", *inputs])
         return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "big")
 
     # ------------------------------------------------------------ the source

@@ -55,7 +55,7 @@ def _image(arrangement: Arrangement, wanted: Wanted) -> Image:
     if wanted.optimize == "speed":
         return image
     read = [v.name for v in image.program.vars] if counted or wanted.monitors is not None else []
-    made = Image(smaller(image.program, read), replace(image.meaning, small=True))
+    made = Image(smaller(image.program, read, image.meaning.safe), replace(image.meaning, small=True))
     if wanted.monitors is not None:
         made.monitors, made.recorded = Monitors(made.names, wanted.monitors), image.recorded
     return made

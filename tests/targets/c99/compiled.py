@@ -66,7 +66,7 @@ class Built:
             self._library = ctypes.CDLL(str(folder / "lib.so"))
         self._calls = {part: getattr(self._library, f"{p}_{part}") for part in ("step", "cycle")}
         for call in self._calls.values():
-            call.restype = ctypes.c_int16
+            call.restype = getattr(ctypes, f"c_{image.status_type.removesuffix('_t')}")
         self._state = ctypes.create_string_buffer(self._library["state_size"]())
         self._inputs = ctypes.create_string_buffer(self._library["inputs_size"]())
         self._places = list(places(image))
@@ -75,6 +75,10 @@ class Built:
         """The state after `NAME_init`."""
         self._library[f"{self.image.prefix}_init"](self._state)
         return self.state()
+
+    def make_safe(self) -> None:
+        """`NAME_safe`."""
+        self._library[f"{self.image.prefix}_safe"](self._state)
 
     def state(self) -> dict[str, Value]:
         """All variables, outputs too."""

@@ -71,6 +71,7 @@ def test_another_range_is_another_layout(image):
 
     assert image.layout() == image_for(image_of(load_arrangement(EVERYTHING))).layout()
     assert changed("secret", Int(0, 4)).layout() != image.layout()
+    assert Image(image.program, replace(image.meaning, small=True)).layout() != image.layout()  # a narrower status
 
 
 def test_nothing_is_allocated_global_recursive_or_floating(image):
