@@ -10,7 +10,7 @@ from dataclasses import field as with_default
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Span
-from llfsm_verify.program.program import Block, EventKind, Int, Program, Slot, Type
+from llfsm_verify.program.program import Block, EventKind, Int, Process, Program, Slot, Type
 from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.targets.c99.blocks import BlockText, comment, has_code
@@ -98,7 +98,7 @@ class Image:
             *self._enumerations(),
             *self._inputs(),
             *self._state(),
-            comment("The beginning. " + ("Values of inputs that never change may be stored after it." * free)),
+            comment("The beginning. " + ("Inputs that never change may be stored after it, in their ranges." * free)),
             f"void {p}_init({p}_state *state);\n",
             comment("What inputs are before somebody gives them, and no commands."),
             f"void {p}_first({p}_inputs *inputs);\n",
@@ -247,19 +247,16 @@ class Image:
         return self._call(self._function(name, lines, about))
 
     def _slot(self, slot: Slot, end: Sequence[str], letter: Sequence[str]) -> list[str]:
-        """Lines that call the ringlet of a machine."""
+        """Lines that call the ringlet of a machine, whose state is one."""
         machine, short = self.program.machines[slot.machine], identifier(self.program.machines[slot.machine].name)
         lines = self._of(f"begin_{short}", slot.prologue)
         field = self.names.fields[slot.state]
-        variable = field.var
-        lines.append(f"switch (state->{field.path}) {{")
+        cases = []
         for number, block in enumerate(slot.blocks):
             name = self.names.value_name(slot.state, number) or str(number)
             state = identifier(machine.states[number])
-            called = self._of(f"in_{short}_{state}", block, f"{machine.name} in {machine.states[number]}")
-            lines += [f"case {name}:", *(f"    {line}" for line in called), "    break;"]
-        lines += ["default:", f"    return {self.prefix}_{CORRUPT};", "}"]
-        assert variable.length is None
+            cases.append((name, self._of(f"in_{short}_{state}", block, f"{machine.name} in {machine.states[number]}")))
+        lines += _switch(f"state->{field.path}", cases)
         lines += [*self._of(f"end_{short}", slot.epilogue), *end, *self._of(f"forget_{short}", slot.canonical), *letter]
         return self._call(self._function(f"run_{short}", _declared(lines, self.prefix), f"A ringlet of {machine.name}"))
 
@@ -272,26 +269,40 @@ class Image:
         turn = self.names.fields[process.turn]
         slots = [self._slot(program.slots[i], end, letter) for i in process.slots]
         lines = self._reset()
-        lines.append(f"switch (state->{turn.path}) {{")
-        for number, called in enumerate(slots):
-            lines += [f"case {number}:", *(f"    {line}" for line in called), "    break;"]
-        lines += ["default:", f"    return {p}_{CORRUPT};", "}"]
+        lines += _switch(f"state->{turn.path}", [(str(number), called) for number, called in enumerate(slots)])
         ringlet = self._function("ringlet", _declared(lines, p))
-        assert ringlet is not None
         body = [f"if (state->status != {p}_{OK}) {{", "    return state->status;", "}"]
         if process.ended is not None:
             body += [f"if (state->{self.names.fields[process.ended].path}) {{", f"    return {p}_{ENDED};", "}"]
         body += self._input_checks()
-        copied = any(f.fails and f"return {p}_{CORRUPT}" not in f.text for f in self._functions)
-        body += ["before = *state;"] if copied else []
-        body += [f"status = ringlet({ringlet.arguments});", f"if (status != {p}_{OK}) {{"]
-        body += ["    *state = before;"] if copied else []
-        body += ["    state->status = status;", f"    {p}_safe(state);", "}", "return status;"]
-        declared = [f"{p}_status status;", *([f"{p}_state before;"] if copied else [])]
-        unused = [] if any("inputs" in line for line in body) else ["(void)inputs;"]
+        body += self._corruption(process)
+        declared: list[str] = []
+        if ringlet is None or not ringlet.fails:
+            body += [*self._call(ringlet), f"return {p}_{OK};"]
+        else:
+            declared = [f"{p}_status status;", f"{p}_state before;"]
+            body += ["before = *state;", f"status = {ringlet.name}({ringlet.arguments});"]
+            body += [f"if (status != {p}_{OK}) {{", "    *state = before;", "    state->status = status;"]
+            body += [f"    {p}_safe(state);", "}", "return status;"]
+        unused = [] if any(re.search(r"\binputs(->|\))", line) for line in body) else ["(void)inputs;"]
         return self._public(
             f"{p}_status {p}_step({p}_state *state, const {p}_inputs *inputs)", declared + unused + body
         )
+
+    def _corruption(self, process: Process) -> Iterator[str]:
+        """A state that names no state of a machine, or no machine, is left as it is but for safe values."""
+        counts = {process.turn: len(process.slots)}
+        counts |= {slot.state: len(slot.blocks) for slot in (self.program.slots[i] for i in process.slots)}
+        conditions: list[str] = []
+        for field, count in ((self.names.fields[name], count) for name, count in counts.items()):
+            assert field.var.length is None
+            conditions += _outside(f"state->{field.path}", field.type, Int(0, count - 1))
+        if conditions:
+            yield "if (" + "\n        || ".join(conditions) + ") {"
+            yield f"    state->status = {self.prefix}_{CORRUPT};"
+            yield f"    {self.prefix}_safe(state);"
+            yield f"    return {self.prefix}_{CORRUPT};"
+            yield "}"
 
     def _reset(self) -> list[str]:
         """Outputs of a step get their first values, where it begins another letter."""
@@ -306,18 +317,12 @@ class Image:
         return [f"if (state->{cycle}) {{", *(f"    {line}" for line in lines), "}"]
 
     def _input_checks(self) -> Iterator[str]:
-        """An input whose type has more values than it is refused outside its range."""
-        conditions = []
-        for choice in self.program.choices:
-            kind, name = stored_as(choice.type), f"inputs->{self.names.inputs[choice.name]}"
-            if kind == "bool":
-                continue
-            bits = int(kind.strip("uint_"))
-            least, most = (0, (1 << bits) - 1) if kind[0] == "u" else (-(1 << bits - 1), (1 << bits - 1) - 1)
-            if choice.type.low > least:
-                conditions.append(f"{name} < {written(choice.type.low, kind)}")
-            if choice.type.high < most:
-                conditions.append(f"{name} > {written(choice.type.high, kind)}")
+        """An input whose type has more values than it is refused outside its range, and so is what a caller stored."""
+        given: list[tuple[str, str, Type]] = []
+        given += [(f"inputs->{self.names.inputs[c.name]}", stored_as(c.type), c.type) for c in self.program.choices]
+        free = [field for field in self.names.fields.values() if field.var.free]
+        given += [(f"state->{field.path}", field.type, field.var.type) for field in free]
+        conditions = [condition for name, kind, of in given for condition in _outside(name, kind, of)]
         if conditions:
             yield "if (" + "\n        || ".join(conditions) + ") {"
             yield f"    return {self.prefix}_{BAD_INPUT};"
@@ -360,6 +365,30 @@ class Image:
 def _declared(lines: list[str], prefix: str) -> list[str]:
     """The lines after the declaration of the status, where they use one."""
     return [f"{prefix}_status status;", *lines] if any("status = " in line for line in lines) else lines
+
+
+def _outside(name: str, kind: str, of: Type) -> Iterator[str]:
+    """When what is stored as this kind is none of its type."""
+    if kind == "bool" or not isinstance(of, Int):
+        return
+    bits = int(kind.strip("uint_"))
+    least, most = (0, (1 << bits) - 1) if kind[0] == "u" else (-(1 << bits - 1), (1 << bits - 1) - 1)
+    if of.low > least:
+        yield f"{name} < {written(of.low, kind)}"
+    if of.high < most:
+        yield f"{name} > {written(of.high, kind)}"
+
+
+def _switch(path: str, cases: Sequence[tuple[str, Sequence[str]]]) -> Iterator[str]:
+    """Lines that choose by a value that is one of these: the last is for all others."""
+    *others, (last, lines) = cases
+    if not others:
+        yield from lines
+        return
+    yield f"switch ({path}) {{"
+    for name, found in others:
+        yield from (f"case {name}:", *(f"    {line}" for line in found), "    break;")
+    yield from (f"default: {comment(last)}", *(f"    {line}" for line in lines), "    break;", "}")
 
 
 def _filled(path: str, field: Field, value: Value, names: Names | None = None) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +14,7 @@ from llfsm_verify.program.program import Int
 from llfsm_verify.targets.c99.image import STATUSES, Image
 from llfsm_verify.targets.c99.target import image_for
 from llfsm_verify.targets.images import image_of
+from llfsm_verify.targets.small import smaller
 from tests.outside import needs, program
 from tests.targets.c99.compiled import Built, compile_strictly, needs_avr, needs_clang, needs_gcc, write
 
@@ -40,15 +42,85 @@ def test_an_input_outside_its_range_is_refused_and_changes_nothing(image):
     assert built.step({}) == 0
 
 
+def in_both_sizes(path: str | Path) -> list[Image]:
+    image = image_for(image_of(load_arrangement(path)))
+    return [image, Image(smaller(image.program, safe=image.meaning.safe), replace(image.meaning, small=True))]
+
+
+ONE = """
+name: one
+cycle_ms: 10
+whiteboard:
+  go: {type: bool, role: input}
+  which: {type: 0..4, role: input, changes: never}
+  levels: {type: {array: -2..2, size: 2}, role: input, changes: never}
+  lamp: {type: 0..5, role: output, safe: 5}
+machines:
+  m:
+    inline:
+      machine: M
+      variables: {t: {type: {array: 0..5, size: 5}, init: [1, 2, 3, 4, 5]}}
+      states:
+        - {name: A, on_entry: "lamp = t[which];", transitions: [{when: "levels[1] == 2", to: B}]}
+        - {name: B, on_exit: "lamp = 0;", transitions: [{when: go, to: A}]}
+schedule: [m]
+"""
+
+
+@pytest.fixture
+def one(tmp_path):
+    (tmp_path / "one.yaml").write_text(ONE)
+    return in_both_sizes(tmp_path / "one.yaml")
+
+
 @needs_gcc
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["boss.$state", "main.$turn"])
-def test_a_state_that_is_none_ends_it_with_safe_values(name, image):
-    built = Built(image)
-    built.put({**built.start(), name: 77, "shown": 0})
-    assert built.step({}) == CORRUPT
-    assert built.state() == {**built.state(), "speed": -500, "shown": 2}
-    assert built.step({}) == CORRUPT
+def test_what_a_caller_stores_outside_its_range_is_refused_and_changes_nothing(one):
+    for image in one:
+        built = Built(image, "-O0")
+        first = built.start()
+        for values, told in (
+            ({}, 0),
+            ({"which": 4, "levels[0]": -2, "levels[1]": 2}, 0),
+            ({"which": 5}, BAD_INPUT),
+            ({"which": 40}, BAD_INPUT),
+            ({"levels[0]": -3}, BAD_INPUT),
+            ({"levels[1]": 3}, BAD_INPUT),
+        ):
+            for unit in ("step", "cycle"):
+                built.put({**first, **values})
+                assert built.step({"go": 0}, unit) == told, values
+                assert (built.state() == {**first, **values}) == (told == BAD_INPUT)
+
+
+@needs_gcc
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["boss.$state", "main.$turn", "helper.$state"])
+def test_a_state_that_is_none_ends_it_with_safe_values(name):
+    for image in in_both_sizes(EVERYTHING):
+        built = Built(image)
+        start = {**built.start(), name: 77, "shown": 0}
+        built.put(start)
+        assert built.step({}) == CORRUPT
+        assert built.state() == {**start, "speed": -500, "shown": 2}
+        assert built.step({}) == CORRUPT
+
+
+@needs_gcc
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["m.$state", "main.$turn"])
+def test_a_corrupt_state_stays_as_it_is_where_nothing_is_copied(name, one):
+    speed, size = one
+    assert ["before = *state" in image.source() for image in one] == [False, False]
+    for image in (speed, size):
+        built = Built(image)
+        start = {**built.start(), name: 2}
+        if "$fired" in start:
+            start["$fired"] = 1
+        built.put(start)
+        assert built.step({}, "cycle") == CORRUPT
+        assert built.state() == {**start, "lamp": 5}
+        assert built.step({}) == CORRUPT
 
 
 @needs("g++")

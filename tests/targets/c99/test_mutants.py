@@ -176,7 +176,7 @@ MUTANTS = [
     # the image
     ("names._value", 'if high > INT64_MAX:', "if False:"),
     ("image.Image._slot", "*end,", ""),
-    ("image.Image._step", 'body += ["    *state = before;"] if copied else []', "pass"),
+    ("image.Image._step", '"    *state = before;", ', ""),
     ("image.Image._step", '    {p}_safe(state);', "    (void)state;"),
     ("image.Image._cycle", "!state->{cycle}", "state->{cycle}"),
     ("image.Image._reset", "field.var.init", "0"),
