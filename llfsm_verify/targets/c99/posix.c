@@ -214,10 +214,12 @@ typedef struct {
     bool over;
 } reader;
 
-/* Take what is there, `wait` for a line or not; whether a line was taken. */
+/* `wait` for a line, or take what is there, at most LINE bytes of it: who writes much delays no cycle. Whether a line
+   was taken. */
 static bool take(reader *from, NAME_inputs *inputs, bool wait)
 {
     bool taken = false;
+    size_t left = LINE;
     while (!from->over && !stopping) {
         struct pollfd ready;
         char *end = memchr(from->text, '\n', from->used);
@@ -242,6 +244,9 @@ static bool take(reader *from, NAME_inputs *inputs, bool wait)
             from->skipping = true;
             from->used = 0;
         }
+        if (left == 0) {
+            break;
+        }
         ready.fd = STDIN_FILENO;
         ready.events = POLLIN;
         if (poll(&ready, 1, wait ? 100 : 0) <= 0) { /* a signal may come just before it */
@@ -251,9 +256,11 @@ static bool take(reader *from, NAME_inputs *inputs, bool wait)
             break;
         }
         {
-            ssize_t count = read(STDIN_FILENO, from->text + from->used, LINE - from->used);
+            const size_t room = LINE - from->used;
+            ssize_t count = read(STDIN_FILENO, from->text + from->used, wait || room < left ? room : left);
             if (count > 0) {
                 from->used += (size_t)count;
+                left -= wait ? 0 : (size_t)count;
             } else if (count == 0 && from->used > 0) {
                 from->text[from->used++] = '\n';
             } else if (count == 0 || errno != EINTR) {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import time
@@ -151,6 +152,16 @@ def test_it_ends_where_nobody_reads_on(made):
         process.stdin.write("{}\n")
         process.stdin.flush()
         assert process.wait(60) == 0
+
+
+def test_a_cycle_takes_at_most_so_many_bytes(made, tmp_path):
+    """Who writes much delays no cycle: what is beyond waits for the next ones."""
+    given = tmp_path / "lines"
+    given.write_text("[]\n" * 20_000)
+    with given.open() as lines:
+        done = subprocess.run([made(EVERYTHING), "--cycles", "3"], stdin=lines, capture_output=True, text=True, check=False)  # fmt: skip
+        assert os.lseek(lines.fileno(), 0, os.SEEK_CUR) == 3 * 4096
+    assert done.stderr.count("refused: no JSON object\n") == 3 * 4096 // 3
 
 
 def test_a_late_cycle_ends_it_where_that_is_asked_for(made):
