@@ -31,10 +31,10 @@ COLOURS: dict[Status, str] = {
     "covered": "green", "reachable": "yellow", "unreachable": "cyan", "unknown": "magenta",
 }  # fmt: skip
 HEADINGS: dict[Status, str] = {
-    "covered": "Covered:",
-    "reachable": "Not covered, and reachable:",
-    "unreachable": "Unreachable, by all configurations:",
-    "unknown": "Unknown:",
+    "covered": "Covered",
+    "reachable": "Not covered, and reachable",
+    "unreachable": "Unreachable, by all configurations",
+    "unknown": "Unknown",
 }
 MOST = 20
 """Goals of a status that are listed; the JSON has all."""
@@ -60,7 +60,9 @@ def _listed(found: Coverage, status: Status) -> Iterator[Text]:
     goals = list(found.of(status))
     if not goals:
         return
-    yield Text(f"\n{HEADINGS[status]}", COLOURS[status])
+    models = [*([] if found.surroundings is None else [found.surroundings]), *found.modelled]
+    under = f" with {', '.join(models)} as modelled" if models and status == "unreachable" else ""
+    yield Text(f"\n{HEADINGS[status]}{under}:", COLOURS[status])
     for judged in goals[:MOST]:
         lengths = " and ".join(counted(len(run), "step") for run in judged.runs)
         after = f", after {lengths}" if judged.runs else ""
@@ -83,6 +85,8 @@ def goal_text(goal: Goal) -> str:
 def _beside(found: Coverage) -> Iterator[str]:
     for run in found.runs:
         yield f"{run.name}: {counted(run.steps, 'step')}"
+    if found.surroundings is not None:
+        yield f"model of the surroundings, without which more may be reachable: {found.surroundings}"
     if found.modelled:
         yield f"models, of which nothing is to be covered: {', '.join(found.modelled)}"
     extent = "complete" if found.complete else f"not complete: {found.reason}"
@@ -110,6 +114,7 @@ def coverage_object(found: Coverage) -> dict[str, Json]:
         "counts": {kind: _counts(counts) for kind, counts in found.counts().items()},
         "goals": [_goal(judged) for judged in found.goals],
         "runs": [{"name": run.name, "steps": run.steps} for run in found.runs],
+        "surroundings": found.surroundings,
         "models": list(found.modelled),
         "complete": found.complete,
         "reason": found.reason,

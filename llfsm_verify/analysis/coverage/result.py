@@ -58,6 +58,8 @@ class Coverage:
     """Why they were not."""
     modelled: tuple[str, ...]
     """Machines that are models of something else, of which nothing is to be covered."""
+    surroundings: str | None = None
+    """The machine that models the surroundings: what no run reaches is reached by none in these."""
     inputs: tuple[InputNote, ...] = ()
     seconds: float = field(default=0.0, compare=False)
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
+import re
 from pathlib import Path
 
 import pytest
 import yaml
+from jsonschema import validate
 
 import llfsm_verify as lv
 from llfsm_verify.analysis.coverage.measure import coverage
@@ -44,6 +47,47 @@ def write(name: str, document: dict[str, object]) -> None:
 
 def statuses(found) -> dict[tuple[str, str, bool | None], str]:
     return {(j.goal.kind, j.goal.text, j.goal.outcome): j.status for j in found.goals}
+
+
+PLANT = """
+name: guarded
+whiteboard: {low: {type: bool, role: input}, high: {type: bool, role: input}}
+environment:
+  inline: {machine: World, states: [{name: W, internal: "high = low; low = true;"}]}
+machines:
+  m: {inline: {machine: M, states: [{name: A, transitions: [{when: high and not low, to: B}]}, {name: B}]}}
+schedule: [m]
+"""
+
+
+@pytest.mark.slow
+def test_what_is_unreachable_is_so_with_a_plant_that_is_named(tmp_path):
+    path = tmp_path / "guarded.yaml"
+    path.write_text(PLANT)
+    done = llfsm("coverage", str(path))
+    assert "\nUnreachable, by all configurations with env as modelled:\n" in done.stdout
+    assert "\nmodel of the surroundings, without which more may be reachable: env\n" in done.stdout
+    document = json.loads(llfsm("coverage", str(path), "--format", "json").stdout)
+    assert document["surroundings"] == "env"
+    validate(document, SCHEMAS.load("coverage")("coverage"))
+    path.write_text(re.sub("environment:\n.*\n", "", PLANT))
+    done = llfsm("coverage", str(path))
+    assert "Unreachable" not in done.stdout, "the plant made it so"
+    assert "model" not in done.stdout
+    document = json.loads(llfsm("coverage", str(path), "--format", "json").stdout)
+    assert document["surroundings"] is None
+
+
+@pytest.mark.slow
+def test_a_pair_around_unequal_has_equal_values_of_the_other_side():
+    guard = {"when": "(a != b) != c", "to": "B"}
+    states = [{"name": "A", "on_entry": "a = i; b = j; c = i;", "transitions": [guard]},
+              {"name": "B", "transitions": [{"when": "true", "to": "A"}]}]  # fmt: skip
+    whiteboard = {**{name: {"type": "bool", "role": "input"} for name in "ij"},
+                  **{name: {"type": "bool"} for name in "abc"}}  # fmt: skip
+    document = {**COUPLED, "whiteboard": whiteboard, "machines": {"m": {"inline": {"machine": "M", "states": states}}}}
+    found = statuses(coverage(build_arrangement(document)))
+    assert [found["condition", name, None] for name in "abc"] == ["unreachable", "reachable", "reachable"]
 
 
 @pytest.mark.slow
@@ -94,8 +138,6 @@ def test_traces_and_recordings_add_up(tmp_path, monkeypatch):
 
 
 def test_the_object_fits_its_schema():
-    from jsonschema import validate
-
     from llfsm_verify.report.coverage import coverage_object
 
     validate(coverage_object(coverage(build_arrangement(COUPLED))), SCHEMAS.load("coverage")("coverage"))

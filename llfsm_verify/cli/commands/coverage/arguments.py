@@ -13,8 +13,8 @@ def arguments(parser: Parser) -> None:
         "Say which states, transitions, branches and conditions (masking MC/DC) runs cover, and which of the others no "
         "run can, by proof.",
         "llfsm coverage arrangement.yaml door.trace.yaml oven.rec",
-        "exit codes: 0 all that is reachable is covered, 1 something is not, 2 wrong usage, 3 input files wrong or "
-        "unreadable, 4 something is unknown, 70 internal error, 130 interrupted",
+        "exit codes: 0 all that is reachable is covered (without runs, nothing has to be), 1 something is not, 2 wrong "
+        "usage, 3 input files wrong or unreadable, 4 something is unknown, 70 internal error, 130 interrupted",
     )
     shared.arrangement(parser)
     parser.add_argument(
