@@ -21,6 +21,7 @@ from importlib import resources
 
 from llfsm_verify.backends.native.layout import BitField, Layout
 from llfsm_verify.jsonvalue import Json
+from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live import frame
 from llfsm_verify.runtime.live.frame import FrameLayout
 from llfsm_verify.runtime.live.text import largest_entry
@@ -97,8 +98,7 @@ def _numbers(image: Image, header: dict[str, Json]) -> Iterator[str]:
     yield f"#define HEADER_CHECK UINT32_C({zlib.crc32(MAGIC + line.encode())})"
     yield f"static const char *const header[] = {{\n    {quoted(MAGIC.decode())},"
     yield "\n".join(f"    {quoted(line[at : at + PIECE])}," for at in range(0, len(line), PIECE)) + "\n};\n"
-    told = [f"{'' if s.span is None else f'{s.span}: '}{s.code} {s.message}" for s in program.faults]
-    texts = ",\n".join(f"    {quoted(text)}" for text in told) or '    ""'
+    texts = ",\n".join(f"    {quoted(text)}" for text in fault_texts(program)) or '    ""'
     yield f"static const char *const faults[] = {{\n{texts}\n}};\n"
 
 
@@ -133,6 +133,11 @@ def _functions(image: Image) -> Iterator[str]:
         else [f"static const {p}_outputs none = {{0}};", "(void)state;", "return &none;"]
     )
     yield _function(f"const {p}_outputs *outputs({state})", *own)
+
+
+def fault_texts(program: Program) -> list[str]:
+    """What is said of each fault of a program."""
+    return [f"{'' if s.span is None else f'{s.span}: '}{s.code} {s.message}" for s in program.faults]
 
 
 def free_fields(image: Image) -> list[Field]:

@@ -158,53 +158,109 @@ static const char *read_line(const char *at, NAME_inputs *inputs)
     return NULL;
 }
 
+/* Lines that standard output has not taken yet: it has room for all verdicts, a line of outputs and the last one. */
+static struct {
+    char text[UNSENT];
+    size_t used;
+} unsent;
+
+static void add(const char *format, ...)
+{
+    const size_t room = sizeof unsent.text - unsent.used;
+    va_list values;
+    int size;
+    va_start(values, format);
+    size = vsnprintf(unsent.text + unsent.used, room, format, values);
+    va_end(values);
+    unsent.used += size > 0 && (size_t)size < room ? (size_t)size : 0;
+}
+
+/* How many bytes a file takes without waiting for a reader, after at most `wait` milliseconds; -1: nobody reads on.
+   Where a pipe has room, it has room for PIPE_BUF bytes. */
+static ssize_t put_bytes(int file, const char *text, size_t size, int wait)
+{
+    struct pollfd ready;
+    ssize_t count;
+    ready.fd = file;
+    ready.events = POLLOUT;
+    if (poll(&ready, 1, wait) <= 0) {
+        return 0;
+    }
+    size = size < PIPE_BUF ? size : PIPE_BUF;
+    count = send(file, text, size, MSG_DONTWAIT);
+    if (count < 0 && errno == ENOTSOCK) {
+        count = write(file, text, size);
+    }
+    return count >= 0 ? count : errno == EINTR || errno == EAGAIN || errno == EWOULDBLOCK ? 0 : -1;
+}
+
+/* Send what it takes; `patience`: how often a tenth of a second is waited for more room, if a signal does not end that
+   before. false: nobody reads on. */
+static bool send_lines(unsigned patience, bool last)
+{
+    while (unsent.used > 0) {
+        const ssize_t count = put_bytes(STDOUT_FILENO, unsent.text, unsent.used, patience > 0 ? 100 : 0);
+        if (count < 0) {
+            unsent.used = 0;
+            return false;
+        }
+        unsent.used -= (size_t)count;
+        memmove(unsent.text, unsent.text + count, unsent.used);
+        if (count == 0 && (patience == 0 || (stopping && !last))) {
+            break;
+        }
+        patience -= count == 0 && patience != UINT_MAX ? 1 : 0;
+    }
+    return true;
+}
+
 static void write_value(const kind *of, number value)
 {
     char text[24];
     int length;
     if (of->count > 0) {
-        printf("\"%s\"", value.size < of->count ? of->labels[value.size] : "");
+        add("\"%s\"", value.size < of->count ? of->labels[value.size] : "");
         return;
     }
     if (of->truth) {
-        printf("%s", value.size != 0 ? "true" : "false");
+        add("%s", value.size != 0 ? "true" : "false");
         return;
     }
     length = snprintf(text, sizeof text, "%0*" PRIu64, (int)of->digits + 1, value.size);
-    printf("%s%.*s", value.negative ? "-" : "", length - (int)of->digits, text);
+    add("%s%.*s", value.negative ? "-" : "", length - (int)of->digits, text);
     if (of->digits > 0) {
-        printf(".%s", text + length - (int)of->digits);
+        add(".%s", text + length - (int)of->digits);
     }
 }
 
 static void write_text(const char *text)
 {
-    putchar('"');
+    add("\"");
     for (; *text != '\0'; text++) {
         if (*text == '"' || *text == '\\') {
-            printf("\\%c", *text);
+            add("\\%c", *text);
         } else if (*text > 0 && *text < ' ') {
-            printf("\\u%04x", (unsigned)*text);
+            add("\\u%04x", (unsigned)*text);
         } else {
-            putchar(*text);
+            add("%c", *text);
         }
     }
-    putchar('"');
+    add("\"");
 }
 
 static void write_line(const NAME_outputs *outputs, uint64_t cycle, const char *end)
 {
     size_t i;
-    printf("{\"cycle\": %" PRIu64, cycle);
+    add("{\"cycle\": %" PRIu64, cycle);
     for (i = 0; i < outputs_count; i++) {
-        printf(", \"%s\": ", outputs_of[i].name);
+        add(", \"%s\": ", outputs_of[i].name);
         write_value(&outputs_of[i], got(outputs, i));
     }
     if (end != NULL) {
-        printf(", \"end\": ");
+        add(", \"end\": ");
         write_text(end);
     }
-    printf("}\n");
+    add("}\n");
 }
 
 typedef struct {
@@ -229,7 +285,9 @@ static bool take(reader *from, NAME_inputs *inputs, bool wait)
             *end = '\0';
             wrong = from->skipping ? "more than 4095 characters" : read_line(from->text, inputs);
             if (wrong != NULL) {
-                fprintf(stderr, "refused: %s\n", wrong);
+                char told[96];
+                const int size = snprintf(told, sizeof told, "refused: %s\n", wrong);
+                (void)put_bytes(STDERR_FILENO, told, (size_t)size, 0);
             }
             from->skipping = false;
             from->used -= size;
@@ -306,6 +364,7 @@ typedef struct {
     int count;
     reader from;
     NAME_outputs shown;
+    bool begun;
 @monitors     NAME_verdict told[NAME_PROPERTIES];
 @monitors     bool violated;
     bool lines;
@@ -328,8 +387,8 @@ static bool take_inputs(void *context, NAME_inputs *inputs)
     return take(&p->from, inputs, p->lines) || !p->lines;
 }
 
-@monitors /* Those that are new; false: nobody reads on. */
-@monitors static bool show_verdicts(program *p, const NAME_report *report)
+@monitors /* Those that are new. */
+@monitors static void write_verdicts(program *p, const NAME_report *report)
 @monitors {
 @monitors     size_t i;
 @monitors     for (i = 0; i < NAME_PROPERTIES; i++) {
@@ -337,31 +396,41 @@ static bool take_inputs(void *context, NAME_inputs *inputs)
 @monitors         if (verdict != p->told[i]) {
 @monitors             p->told[i] = verdict;
 @monitors             p->violated = p->violated || verdict == NAME_VIOLATED;
-@monitors             printf("{\"cycle\": %" PRIu64 ", \"property\": \"%s\", \"verdict\": \"%s\", \"step\": %" PRIu32 "}\n",
+@monitors             add("{\"cycle\": %" PRIu64 ", \"property\": \"%s\", \"verdict\": \"%s\", \"step\": %" PRIu32 "}\n",
 @monitors                 report->cycles, properties[i], verdict == NAME_VIOLATED ? "violated" : "satisfied",
 @monitors                 report->monitors->decided[i]);
 @monitors         }
 @monitors     }
-@monitors     return fflush(stdout) == 0;
 @monitors }
 @monitors 
+/* Where a reader is slow, no cycle waits for it: outputs that find no room are left out, and the newest ones are shown
+   when there is some. With `--lines` a cycle waits. The last line waits a second. */
 static bool show_outputs(void *context, const NAME_outputs *outputs, const NAME_report *report)
 {
     program *p = context;
     const bool over = report->ending != NAME_END_RUNNING;
-@monitors     if (!show_verdicts(p, report)) {
-@monitors         return false;
-@monitors     }
-    if (!over && !p->lines && report->cycles > 1 && !differ(outputs, &p->shown)) {
-        return true;
+    const bool read = send_lines(0, over);
+    const bool room = unsent.used == 0;
+@monitors     write_verdicts(p, report);
+    if (over || (room && (p->lines || !p->begun || differ(outputs, &p->shown)))) {
+        write_line(outputs, report->cycles, over ? report->why : NULL);
+        p->shown = *outputs;
+        p->begun = true;
     }
-    write_line(outputs, report->cycles, over ? report->why : NULL);
-    p->shown = *outputs;
-    return fflush(stdout) == 0; /* else nobody reads on */
+    return send_lines(over ? 10 : p->lines ? UINT_MAX : 0, over) && read;
 }
 
 static void show_report(const NAME_report *report, const NAME_options *options)
 {
+    struct pollfd ready;
+    ready.fd = STDERR_FILENO;
+    ready.events = POLLOUT;
+    if (poll(&ready, 1, 1000) <= 0) {
+        return;
+    }
+    if (unsent.used > 0) {
+        fprintf(stderr, "nobody has read the last lines of standard output\n");
+    }
     if (!options->at_once) {
         fprintf(stderr, "{\"cycles\": %" PRIu64 ", \"ringlets\": %" PRIu64 ", \"late_ns\": {", report->cycles,
             report->ringlets);
@@ -464,5 +533,5 @@ int main(int count, char **words)
 @monitors     if (context.violated) {
 @monitors         return 1;
 @monitors     }
-    return report.unrecorded != 0 || report.ending > NAME_END_STOPPED ? 1 : 0;
+    return unsent.used > 0 || report.unrecorded != 0 || report.ending > NAME_END_STOPPED ? 1 : 0;
 }

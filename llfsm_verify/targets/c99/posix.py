@@ -8,7 +8,7 @@ from llfsm_verify.program.program import Int, Type
 from llfsm_verify.runtime.recording.origin import header_of
 from llfsm_verify.targets.c99.blocks import comment
 from llfsm_verify.targets.c99.image import MARK, Image
-from llfsm_verify.targets.c99.loop import free_fields, loop_files, quoted, text_of
+from llfsm_verify.targets.c99.loop import fault_texts, free_fields, loop_files, quoted, text_of
 from llfsm_verify.targets.c99.numbers import stored_as
 from llfsm_verify.targets.target import Made, Wanted
 from llfsm_verify.values import element_names, value_text
@@ -19,10 +19,18 @@ _HEAD = """\
 
 #include <errno.h>
 #include <inttypes.h>
+#include <limits.h>
 #include <poll.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/socket.h>
 #include <unistd.h>
+
+#ifndef PIPE_BUF
+#define PIPE_BUF 512 /* POSIX has no smaller one */
+#endif
+#define UNSENT ROOM
 
 typedef struct {
     bool negative;
@@ -52,9 +60,13 @@ burst.
 
     ./NAME
 
-Its standard input takes values of inputs, such as `SHOWN`, one object a line; they hold until the next. It
-prints an object where outputs have changed. On SIGTERM, SIGINT and SIGHUP, and after a fault, outputs get their safe
-values, which are printed with the reason. Standard error then says how late cycles began, in nanoseconds.
+Its standard input takes values of inputs, such as `SHOWN`, one object a line; they hold until the next. A
+cycle takes at most 4096 bytes of it. It prints an object where outputs have changed. No cycle waits for who reads that:
+where a pipe is full, the line that it does not take waits, later ones are left out, and the newest outputs are printed
+once there is room (with `--lines` a cycle waits).
+
+On SIGTERM, SIGINT and SIGHUP, and after a fault, outputs get their safe values, which are printed with the reason. They
+wait a second for room. Standard error then says how late cycles began, in nanoseconds.
 
     ./NAME --strict             # a cycle that is late by a whole one ends it, with safe values; exit code 1
     ./NAME --cycles 6000        # end after so many
@@ -68,8 +80,8 @@ Where the recording is, with the arrangement that it was made of in it:
     llfsm check-recording monday -p 'FORMULA'   # properties, decided on it
     llfsm trace monday --to csv                 # a row for each frame; --to vcd, svg and others
 
-Exit codes: 0 finished or stopped, 1 a fault, a late cycle (`--strict`) or a recording that ended before the run, 2
-wrong usage, 3 a recording that cannot be begun.
+Exit codes: 0 finished or stopped, 1 a fault, a late cycle (`--strict`), last lines that nobody took or a recording that
+ended before the run, 2 wrong usage, 3 a recording that cannot be begun.
 
 ## The library
 
@@ -98,7 +110,7 @@ def posix(image: Image, wanted: Wanted, /) -> Made:
 
 def program(image: Image) -> str:
     """NAME_main.c."""
-    head, body = _HEAD.replace("NAME", image.prefix), text_of("posix.c", image)
+    head, body = _HEAD.replace("NAME", image.prefix).replace("ROOM", str(_room(image))), text_of("posix.c", image)
     return "\n".join([comment(f"{image.program.name}. {MARK}"), head, *_properties(image), *_tables(image), body])
 
 
@@ -179,6 +191,18 @@ def _tables(image: Image) -> Iterator[str]:
     yield "    for (i = 0; i < outputs_count; i++) {\n        number x = got(a, i);\n        number y = got(b, i);"
     yield "        if (x.size != y.size || x.negative != y.negative) {\n            return true;\n        }\n    }"
     yield "    return false;\n}\n"
+
+
+def _room(image: Image) -> int:
+    """Bytes of all lines with verdicts, a line of outputs, and the last one."""
+    line = 64
+    for field in image.names.fields.values():
+        widest = max((len(label.encode()) for label in field.var.origin.labels), default=0)
+        for element in element_names(field.var) if field.group == "outputs" else ():
+            line += len(element.encode()) + max(widest, 24) + 8
+    ends = max((6 * len(text.encode()) for text in fault_texts(image.program)), default=0)
+    walks = () if image.monitors is None else image.monitors.walks
+    return 2 * line + ends + sum(128 + len(quoted(walk.of.line.name)) for walk in walks)
 
 
 def _properties(image: Image) -> Iterator[str]:

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
 import subprocess
 import time
 from decimal import Decimal
+from itertools import islice
+from pathlib import Path
 from random import Random
 
 import pytest
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.backends.native.executor import NativeProgram
+from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.runtime.live.plan import starting_values
+from llfsm_verify.runtime.recording.file import Recording
+from llfsm_verify.runtime.recording.repeating import replay_recording
 from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.targets.c99.target import C99, image_for
 from llfsm_verify.targets.images import image_of
@@ -143,6 +149,75 @@ def test_a_signal_ends_it_with_safe_values(number, made):
     assert (last["speed"], last["shown"], last["end"]) == (Decimal("-0.500"), "BLUE", "stopped")
 
 
+COUNTING = """
+name: counting
+cycle_ms: 1
+whiteboard: {n: {type: 0..999, init: 0, role: output, safe: 999}}
+machines:
+  m:
+    inline: {machine: M, states: [{name: A, internal: "n = (n + 1) % 500;", transitions: [{when: n == 999, to: A}]}]}
+schedule: [m]
+"""
+
+
+@pytest.fixture
+def counting(made, tmp_path):
+    (tmp_path / "a.yaml").write_text(COUNTING)
+    return made(str(tmp_path / "a.yaml"))
+
+
+def full() -> tuple[int, int, bytes]:
+    """A pipe that is full, and what it is full of."""
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    size = 0
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            size += os.write(writer, b"." * 4096)
+    os.set_blocking(writer, True)
+    return reader, writer, b"." * size
+
+
+def wait_for_frames(record: Path) -> None:
+    """Until a program has recorded some."""
+    size = 0
+    while size < 8:
+        with contextlib.suppress(DiagnosticError), Recording(record) as recording:
+            size = sum(1 for _ in islice(recording, 8))
+
+
+def test_a_signal_ends_it_where_standard_output_is_full(counting, tmp_path):
+    """Cycles go on meanwhile, and are recorded."""
+    reader, writer, dots = full()
+    command = [counting, "--record", str(tmp_path / "r")]
+    with subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=writer, stderr=writer) as process:
+        os.close(writer)
+        wait_for_frames(tmp_path / "r")
+        process.terminate()
+        assert process.wait(60) == 1
+    assert os.read(reader, 1 << 20) == dots
+    os.close(reader)
+    assert replay_recording(tmp_path / "r", str(tmp_path / "a.yaml"), load_arrangement).same
+
+
+def test_outputs_that_find_no_room_are_left_out_and_lines_stay_whole(counting, tmp_path):
+    reader, writer, dots = full()
+    command = [counting, "--record", str(tmp_path / "r")]
+    with subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=writer, stderr=subprocess.PIPE) as process:
+        os.close(writer)
+        wait_for_frames(tmp_path / "r")
+        assert os.read(reader, len(dots)) == dots
+        with os.fdopen(reader, "rb") as lines:
+            found = [json.loads(lines.readline()), json.loads(lines.readline())]
+            process.terminate()
+            found += [json.loads(line) for line in lines.read().splitlines()]
+        assert process.wait(60) == 0
+    assert found[0]["cycle"] == 1  # the first line that found no room waited for some
+    assert found[1]["cycle"] > 7
+    assert all(each["n"] == each["cycle"] % 500 for each in found[:-1])
+    assert (found[-1]["n"], found[-1]["end"]) == (999, "stopped")
+
+
 def test_it_ends_where_nobody_reads_on(made):
     command = [made(EVERYTHING), "--lines"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
@@ -159,7 +234,8 @@ def test_a_cycle_takes_at_most_so_many_bytes(made, tmp_path):
     given = tmp_path / "lines"
     given.write_text("[]\n" * 20_000)
     with given.open() as lines:
-        done = subprocess.run([made(EVERYTHING), "--cycles", "3"], stdin=lines, capture_output=True, text=True, check=False)  # fmt: skip
+        command = [made(EVERYTHING), "--cycles", "3"]
+        done = subprocess.run(command, stdin=lines, capture_output=True, text=True, check=False)
         assert os.lseek(lines.fileno(), 0, os.SEEK_CUR) == 3 * 4096
     assert done.stderr.count("refused: no JSON object\n") == 3 * 4096 // 3
 
