@@ -64,6 +64,7 @@ from llfsm_verify.kripke.export.rows import (
 )
 from llfsm_verify.kripke.export.specification import Specification
 from llfsm_verify.kripke.observing import observed_outputs
+from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.language.types import decimal_text
 from llfsm_verify.limits import LimitReached, Limits, reached, tick
 from llfsm_verify.logic.formula import Formula, apply, atom, conjunction, mapped, negation, postorder
@@ -147,12 +148,25 @@ from llfsm_verify.runtime.ports.port import PORTS, Link, Port, Started, Unopened
 from llfsm_verify.runtime.ports.port import Kind as PortKind
 from llfsm_verify.runtime.recording.timeline import Row as TimelineRow
 from llfsm_verify.runtime.recording.timeline import Signal, Timeline
+from llfsm_verify.semantics.operators import OPERATOR
+from llfsm_verify.targets import PINS as WRONG_PINS
+from llfsm_verify.targets import TICK as WRONG_TICK
+from llfsm_verify.targets.c99.blocks import comment as c_comment
+from llfsm_verify.targets.c99.image import MARK as C_MARK
+from llfsm_verify.targets.c99.image import Image as CImage
+from llfsm_verify.targets.c99.names import Field as CField
+from llfsm_verify.targets.c99.numbers import stored_as
+from llfsm_verify.targets.c99.numbers import written as c_number
+from llfsm_verify.targets.c99.verifying.run import Bench, Ran
+from llfsm_verify.targets.c99.worlds import WORLDS, World
 from llfsm_verify.targets.target import TARGETS, Made, Target
 from llfsm_verify.targets.target import Wanted as TargetWanted
-from llfsm_verify.values import Shown, Value, text
+from llfsm_verify.values import Shown, Value, element_names, text
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES, EngineEntry, Turn
 from llfsm_verify.verification.replay import Replayed, replay_file
+from llfsm_verify.yaml.compose import compose
 from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.nodes import Mapping as MappingNode
 from llfsm_verify.yaml.nodes import Node, Scalar, Sequence, implied, mark, written
 from llfsm_verify.yaml.tables import NUMBER, TRUTHS, Field, Single, Table, Words
 
@@ -164,6 +178,7 @@ __all__ = [
     "COMMANDS",
     "CONTRADICTED",
     "COUNT",
+    "C_MARK",
     "DEFAULT_ENGINE",
     "DRAWINGS",
     "ENGINES",
@@ -177,6 +192,7 @@ __all__ = [
     "MODELS",
     "NO_GRAPHVIZ",
     "NUMBER",
+    "OPERATOR",
     "PIPE_WIDTH",
     "PORTS",
     "REPORTS",
@@ -189,15 +205,21 @@ __all__ = [
     "TRUTHS",
     "UNREADABLE",
     "WHEN",
+    "WORLDS",
     "WRITERS",
+    "WRONG_PINS",
     "WRONG_PORT",
+    "WRONG_TICK",
     "Answer",
     "Arrangement",
     "ArrangementDraft",
     "Automaton",
     "AutomatonEdge",
     "AutomatonTooLarge",
+    "Bench",
     "Block",
+    "CField",
+    "CImage",
     "Choice",
     "CommandEntry",
     "CommandParser",
@@ -250,6 +272,7 @@ __all__ = [
     "Local",
     "MachineDraft",
     "Made",
+    "MappingNode",
     "Move",
     "NewMachine",
     "NewState",
@@ -268,6 +291,7 @@ __all__ = [
     "Program",
     "PropertyResult",
     "PropertySet",
+    "Ran",
     "Reading",
     "Registry",
     "Replayed",
@@ -318,6 +342,7 @@ __all__ = [
     "Wanted",
     "WhiteboardDraft",
     "Words",
+    "World",
     "Writer",
     "Written",
     "add_premises",
@@ -327,14 +352,19 @@ __all__ = [
     "asked_text",
     "atom",
     "bad_prefixes_of",
+    "c_comment",
+    "c_number",
     "cell_text",
     "claim_of",
+    "compose",
     "conjunction",
     "const",
     "decimal_text",
+    "did_you_mean",
     "dot",
     "draft_data",
     "edges",
+    "element_names",
     "elements",
     "evaluate",
     "expressions",
@@ -381,6 +411,7 @@ __all__ = [
     "statements",
     "steps_known",
     "stop_at_faults",
+    "stored_as",
     "structure_dot",
     "summary_text",
     "text",

@@ -10,6 +10,7 @@ from llfsm_verify.targets.c99.blocks import comment
 from llfsm_verify.targets.c99.image import MARK, Image
 from llfsm_verify.targets.c99.loop import fault_texts, free_fields, loop_files, quoted, text_of
 from llfsm_verify.targets.c99.numbers import stored_as
+from llfsm_verify.targets.c99.worlds import World
 from llfsm_verify.targets.target import Made, Wanted
 from llfsm_verify.values import element_names, value_text
 
@@ -106,6 +107,9 @@ def posix(image: Image, wanted: Wanted, /) -> Made:
     files = loop_files(image, header)
     made = {**files, f"{p}_main.c": program(image), "Makefile": makefile(image), "README.md": readme(image)}
     return Made(made, ("Compile it with make; README.md says how to run it.",))
+
+
+POSIX = World(posix, counts=True)
 
 
 def program(image: Image) -> str:

@@ -16,7 +16,7 @@ from llfsm_verify.targets import OF_C
 from llfsm_verify.targets.c99.image import MARK, Image, Meaning
 from llfsm_verify.targets.c99.monitors import Monitors
 from llfsm_verify.targets.c99.names import foreign, identifier
-from llfsm_verify.targets.c99.worlds import RECORDING, WORLDS
+from llfsm_verify.targets.c99.worlds import WORLDS
 from llfsm_verify.targets.monitors import Watched
 from llfsm_verify.targets.small import smaller
 from llfsm_verify.targets.target import Made, Verified, Wanted
@@ -32,7 +32,7 @@ class _C99:
         """See `Target`."""
         image = _image(arrangement, wanted)
         files = {f"{image.prefix}.h": image.header(), f"{image.prefix}.c": image.source()}
-        made = WORLDS.load(wanted.world)(image, wanted)
+        made = WORLDS.load(wanted.world).make(image, wanted)
         if image.monitors is None:
             return Made({**files, **made.files}, made.notes)
         return Made({**files, **image.monitors.files(MARK), **made.files}, made.notes, tuple(image.monitors.promise))
@@ -50,7 +50,7 @@ C99 = _C99()
 
 
 def _image(arrangement: Arrangement, wanted: Wanted) -> Image:
-    counted = COUNTED if wanted.world in RECORDING else ()
+    counted = COUNTED if WORLDS.load(wanted.world).counts else ()
     image = image_for(arrangement, counted, wanted.monitors)
     if wanted.optimize == "speed":
         return image

@@ -18,10 +18,11 @@ from llfsm_verify.cli.opening import chosen, open_draft, read_properties, told
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing, special_kind
+from llfsm_verify.registry import Registry
 from llfsm_verify.targets import UNWRITABLE
 from llfsm_verify.targets.images import image_of
 from llfsm_verify.targets.monitors import Watched, watched
-from llfsm_verify.targets.target import TARGETS, Verifying, Wanted
+from llfsm_verify.targets.target import TARGETS, Target, Verifying, Wanted
 
 _HINTS = {
     **dict.fromkeys((errno.EEXIST, errno.ENOTDIR), "name a folder: a file is in the way"),
@@ -40,8 +41,7 @@ def run(options: Namespace) -> int:
     """Returns 0, or 1: the built image differs from a run; raises UsageError, or DiagnosticError: wrong files, what has
     no meaning in an image (E503, E504), files that cannot be written (E505), and what `Target` raises."""
     target = TARGETS.load(options.target)
-    if options.world not in target.worlds:
-        raise UsageError(f"--for {options.world[:40]}: {options.target} is made for {', '.join(target.worlds)}")
+    _check_world(options, target)
     if options.verify and not isinstance(target, Verifying):
         raise UsageError(f"--verify: {options.target} cannot run what it makes")
     wanted = _wanted(options)
@@ -67,6 +67,15 @@ def run(options: Namespace) -> int:
     verified = target.verify(arrangement, wanted, made, vectors)
     Output().plain("\n".join(verified.lines) + "\n")
     return 0 if verified.difference is None else 1
+
+
+def _check_world(options: Namespace, target: Target) -> None:
+    """UsageError: there is no such world."""
+    worlds = target.worlds
+    broken = worlds.find_others() if isinstance(worlds, Registry) and options.world not in worlds else []
+    if options.world not in worlds:
+        made_for = f"--for {options.world[:40]}: {options.target} is made for {', '.join(worlds)}"
+        raise UsageError("; ".join([made_for, *broken]))
 
 
 def _wanted(options: Namespace) -> Wanted:

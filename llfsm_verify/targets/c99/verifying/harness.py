@@ -28,10 +28,10 @@ class Part:
 
 class Harness:
     """The vectors of an image in sources with about `budget` bytes of them each. `group`: of the state, where only that
-    is compared. ValueError: they are not its own."""
+    is compared; `board`: C of the machine. ValueError: they are not its own."""
 
-    def __init__(self, image: Image, vectors: Vectors, budget: int = 1 << 40, group: str = "") -> None:
-        self._image, self._vectors = image, vectors
+    def __init__(self, image: Image, vectors: Vectors, budget: int = 1 << 40, group: str = "", board: str = "") -> None:
+        self._image, self._vectors, self._board = image, vectors, board
         fields = [f for f in image.names.fields.values() if group in ("", f.group)]
         stored = {n: (f, i) for f in fields for i, n in enumerate(element_names(f.var))}
         positions = {name: i for i, name in enumerate(vectors.fields)}
@@ -115,6 +115,7 @@ class Harness:
             f"#define RINGLETS {int(call == 'step')}",
         ]  # fmt: skip
         parts = {
+            "BOARD": self._board,
             "TYPES": "\n".join(types),
             "NUMBER_BYTES": str(self._number),
             "VALUE_BYTES": str(self.bytes),

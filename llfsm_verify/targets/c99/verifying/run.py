@@ -5,60 +5,53 @@ from __future__ import annotations
 import re
 import shlex
 import subprocess
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib import resources
+from itertools import zip_longest
 from pathlib import Path
 from shutil import which
 from tempfile import TemporaryDirectory
 
 from llfsm_verify.analysis.coverage.vectors import Vectors
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.targets.c99.avr.chips import Chip
-from llfsm_verify.targets.c99.avr.world import FLAGS
 from llfsm_verify.targets.c99.image import STATUSES, Image
 from llfsm_verify.targets.c99.verifying import FAILED, MISSING
 from llfsm_verify.targets.c99.verifying.harness import Harness, Part, value_of
-from llfsm_verify.targets.target import Difference
+from llfsm_verify.targets.target import Difference, Made, Wanted
 from llfsm_verify.values import value_text
 
 SECONDS = 120
 """How long a compiler, or an image with its vectors, may take."""
-OF_HARNESS, MOST_IN_ARRAY = 6000, 30_000
-"""Bytes of flash for the image and its harness, and for vectors."""
 NATIVE = ("-std=c99", "-O2")
-PACKAGES = {
-    "avr-gcc": "gcc-avr and avr-libc", "avr-size": "binutils-avr", "simavr": "simavr", "cc": "gcc", "gcc": "gcc",
-    "clang": "clang",
-}  # fmt: skip
-"""What Debian calls what brings a program."""
 _TOLD = re.compile(r"\b(ok|differs|cost|layout)((?: [0-9a-f]+)*)")
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
 @dataclass(frozen=True, slots=True)
 class Ran:
-    """What images with their vectors told. `cycles` and `stack`: the largest of a call, on AVR."""
+    """What images with their vectors told. `costs`: the largest of a call, of what the board tells."""
 
     steps: int
     difference: Difference | None
-    cycles: int = 0
-    stack: int = 0
+    costs: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """How images are compiled and run: the words of both commands; `chip`: of AVR."""
+    """How images are compiled and run: the words of both commands. `board`: C with what `harness.c` asks of a machine;
+    `budget`: bytes of vectors in a program; `packages`: what Debian calls what brings a program."""
 
+    name: str
     compiler: tuple[str, ...]
-    emulator: tuple[str, ...] = ()
-    chip: Chip | None = None
+    emulator: tuple[str, ...]
+    board: str
+    budget: int = 1 << 40
+    packages: Mapping[str, str] = field(default_factory=dict)
 
-    @property
-    def name(self) -> str:
-        """What it is called."""
-        if self.chip is not None:
-            return f"{self.emulator[0]} ({self.chip.name})"
-        return " ".join(self.compiler[: -len(NATIVE)]) + (f" under {self.emulator[0]}" if self.emulator else "")
+    def costs(self, image: Image, made: Made, found: Mapping[str, tuple[Ran, bool]]) -> Iterator[str]:  # noqa: ARG002
+        """Lines on what the image takes. `found`: by unit, and whether these are all steps."""
+        return iter(())
 
     def run(self, image: Image, texts: tuple[str, str], vectors: Vectors, group: str = "") -> Ran:
         """What an image, with these texts of its header and its source, makes of vectors (see `Harness`).
@@ -66,12 +59,12 @@ class Bench:
         DiagnosticError: E508, E509.
         """
         for program in (self.compiler[0], *self.emulator[:1]):
-            _there(program)
+            self._there(program)
         try:
-            harness = Harness(image, vectors, self._budget(), group)
+            harness = Harness(image, vectors, self.budget, group, self.board)
         except ValueError as error:
             raise _failed(str(error)) from None
-        steps, cycles, stack = 0, 0, 0
+        steps, costs = 0, list[int]()
         with TemporaryDirectory() as name:
             folder = Path(name)
             _write(folder, image, texts)
@@ -82,23 +75,19 @@ class Bench:
                 if difference is not None or "ok" not in told:
                     return Ran(steps, difference or Difference(0, 0, "layout", "", ""))
                 steps += told["ok"][0]
-                cycles, stack = max(cycles, told.get("cost", [0, 0])[0]), max(stack, told.get("cost", [0, 0])[1])
-        return Ran(steps, None, cycles, stack)
+                costs = [max(pair) for pair in zip_longest(costs, told.get("cost", ()), fillvalue=0)]
+        return Ran(steps, None, tuple(costs))
 
-    def _budget(self) -> int:
-        return 1 << 40 if self.chip is None else max(1, min(self.chip.flash - OF_HARNESS, MOST_IN_ARRAY))
-
-    def sizes(self, files: Sequence[tuple[str, str]]) -> tuple[int, int]:
-        """Bytes of flash and of RAM that a whole program takes, without its stack."""
+    def told_of(self, files: Mapping[str, str], program: str) -> str:
+        """What a program tells of what is compiled of these files, those that are not C left out."""
         with TemporaryDirectory() as name:
             folder = Path(name)
-            for file, text in files:
+            texts = {file: text for file, text in files.items() if file.endswith((".c", ".h"))}
+            for file, text in texts.items():
                 (folder / file).write_text(text, encoding="utf-8")
-            self._compile(folder, [*(file for file, _ in files if file.endswith(".c")), "-o", "program.elf"])
-            _there("avr-size")
-            told = _done(["avr-size", "program.elf"], folder).stdout.splitlines()[-1].split()
-        code, data, zeros = (int(word) for word in told[:3])
-        return code + data, data + zeros
+            self._compile(folder, [*(file for file in texts if file.endswith(".c")), "-o", "program.elf"])
+            self._there(program)
+            return _done([program, "program.elf"], folder).stdout
 
     def _told(self, folder: Path, part: Part) -> dict[str, list[int]]:
         (folder / "harness.c").write_text(part.source, encoding="utf-8")
@@ -117,25 +106,24 @@ class Bench:
             what = "the image does not fit" if any("overflowed" in x for x in lines) else f"{self.compiler[0]} fails"
             raise _failed(f"{what}: {(lines or done.stderr.splitlines() or [''])[0][:300]}")
 
+    def _there(self, program: str) -> None:
+        if which(program) is None:
+            package = self.packages.get(program.rsplit("/", 1)[-1], program)
+            message = f"`{program[:60]}` is not installed, and the image cannot be verified without it"
+            raise DiagnosticError(Diagnostic(MISSING, message, hint=f"install {package}, as your system calls it"))
 
-def bench(compiler: str = "cc", emulator: str = "", chip: Chip | None = None, clock_hz: int = 0) -> Bench:
-    """The one that is asked for: `cc` of this computer, or avr-gcc and simavr."""
-    if chip is not None:
-        words = ("avr-gcc", *FLAGS, f"-mmcu={chip.name}", f"-DF_CPU={clock_hz}UL")
-        return Bench(words, ("simavr", "-m", chip.name, "-f", str(clock_hz)), chip)
-    return Bench((*shlex.split(compiler), *NATIVE), tuple(shlex.split(emulator)))
+
+def on_computer(wanted: Wanted) -> Bench:
+    """The one of programs for this computer, or for what an emulator runs here."""
+    compiler, emulator = tuple(shlex.split(wanted.compiler)), tuple(shlex.split(wanted.emulator))
+    name = " ".join(compiler) + (f" under {emulator[0]}" if emulator else "")
+    board = resources.files(__package__).joinpath("computer.c").read_text(encoding="utf-8")
+    return Bench(name, (*compiler, *NATIVE), emulator, board, packages={"cc": "gcc", "gcc": "gcc", "clang": "clang"})
 
 
 def _write(folder: Path, image: Image, texts: tuple[str, str]) -> None:
     for ending, text in zip("hc", texts, strict=True):
         (folder / f"{image.prefix}.{ending}").write_text(text, encoding="utf-8")
-
-
-def _there(program: str) -> None:
-    if which(program) is None:
-        package = PACKAGES.get(program.rsplit("/", 1)[-1], program)
-        message = f"`{program[:60]}` is not installed, and the image cannot be verified without it"
-        raise DiagnosticError(Diagnostic(MISSING, message, hint=f"install {package}, as your system calls it"))
 
 
 def _done(command: Sequence[str], folder: Path, what: str = "") -> subprocess.CompletedProcess[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from llfsm_verify.analysis.coverage.search import find_vectors
@@ -14,12 +14,12 @@ from llfsm_verify.limits import Limits
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.targets.c99.avr.world import chip_of
 from llfsm_verify.targets.c99.image import Image
 from llfsm_verify.targets.c99.verifying import FAILED
 from llfsm_verify.targets.c99.verifying.harness import HIDDEN
-from llfsm_verify.targets.c99.verifying.run import Bench, Ran, bench
+from llfsm_verify.targets.c99.verifying.run import Ran
 from llfsm_verify.targets.c99.verifying.vectors import Unit, all_steps, drawn
+from llfsm_verify.targets.c99.worlds import WORLDS
 from llfsm_verify.targets.target import Made, Verified, Wanted
 
 SEARCHED = 20_000
@@ -40,8 +40,7 @@ class Means:
 def verify(means: Means, wanted: Wanted, made: Made, vectors: Vectors | None) -> Verified:
     """See `Target`."""
     image, program = means.image, means.program
-    chip = chip_of(wanted.mcu) if wanted.world == "avr" else None
-    where = bench(wanted.compiler, wanted.emulator, chip, wanted.clock_hz)
+    where = WORLDS.load(wanted.world).bench(wanted)
     if vectors is not None and vectors.program != program_hash(lower(means.arrangement, keep_all_bits=True)):
         message = "the vectors are of another program"
         raise DiagnosticError(Diagnostic(FAILED, message, hint="make them again from this arrangement"))
@@ -49,7 +48,7 @@ def verify(means: Means, wanted: Wanted, made: Made, vectors: Vectors | None) ->
     if lost:
         raise DiagnosticError(Diagnostic(FAILED, f"the image does not store {', '.join(lost)}"))
     texts = (made.files[f"{image.prefix}.h"], made.files[f"{image.prefix}.c"])
-    found: dict[Unit, tuple[Ran, bool]] = {}
+    found: dict[str, tuple[Ran, bool]] = {}
     for unit in ("ringlet", "cycle") if vectors is None else (vectors.unit,):
         every = all_steps(program, unit, _limit(program)) if vectors is None else None
         ran = where.run(image, texts, vectors or every or _some(means, unit))
@@ -61,9 +60,7 @@ def verify(means: Means, wanted: Wanted, made: Made, vectors: Vectors | None) ->
     if image.monitors is not None:
         call = f"{image.prefix}_monitors_step"
         lines.append(f"The monitors were not run: no verdict is compared, and no time has that of {call} in it.")
-    if chip is not None:
-        lines += _costs(where, image, wanted, made, found)
-    return Verified(tuple(lines), None)
+    return Verified((*lines, *where.costs(image, made, found)), None)
 
 
 def _some(means: Means, unit: Unit) -> Vectors:
@@ -80,25 +77,9 @@ def _limit(program: Program) -> int:
     return LARGEST // max(1, sum(v.length or 1 for v in program.vars))
 
 
-def _about(found: dict[Unit, tuple[Ran, bool]], *, ours: bool) -> Iterator[str]:
+def _about(found: Mapping[str, tuple[Ran, bool]], *, ours: bool) -> Iterator[str]:
     for unit, (_, every) in found.items() if ours else ():
         if every:
             yield f"These are all {unit}s that there can be, with each combination of the inputs that they read."
         else:
             yield f"There can be too many {unit}s for all: the inputs of these were drawn, or found by a search."
-
-
-def _costs(
-    where: Bench, image: Image, wanted: Wanted, made: Made, found: dict[Unit, tuple[Ran, bool]]
-) -> Iterator[str]:
-    assert where.chip is not None
-    flash, ram = where.sizes([(n, t) for n, t in made.files.items() if n.endswith((".c", ".h"))])
-    deepest = max(ran.stack for ran, _ in found.values())
-    yield (
-        f"Flash: {flash} of {where.chip.flash} bytes. RAM: {ram} of {where.chip.ram} bytes, and {deepest} of stack "
-        f"in a call."
-    )
-    for unit, (ran, every) in found.items():
-        took = ran.cycles * 1000 / wanted.clock_hz
-        text = f"{'Worst' if every else 'Largest measured'} {unit}: {ran.cycles} CPU cycles, {took:.3g} ms"
-        yield text + (f" of {float(image.program.period or 0):g} ms." if unit == "cycle" else ".")

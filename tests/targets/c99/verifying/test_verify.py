@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import re
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -13,24 +11,27 @@ from llfsm_verify.analysis.coverage.vectorfile import vectors_text
 from llfsm_verify.analysis.coverage.vectors import Vectors
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.diagnostics import DiagnosticError
-from llfsm_verify.targets.c99.avr.chips import CHIPS
 from llfsm_verify.targets.c99.image import Image
-from llfsm_verify.targets.c99.target import C99, image_for
+from llfsm_verify.targets.c99.target import image_for
 from llfsm_verify.targets.c99.verifying.harness import Harness
-from llfsm_verify.targets.c99.verifying.run import bench
+from llfsm_verify.targets.c99.verifying.run import Bench, on_computer
 from llfsm_verify.targets.c99.verifying.vectors import all_steps, drawn
 from llfsm_verify.targets.images import image_of
 from llfsm_verify.targets.target import Wanted
 from tests.cli.running import llfsm
-from tests.targets.c99.avr.boards import needs_avr
+from tests.outside import needs
 from tests.targets.c99.compiled import needs_gcc, write
 
 OVEN = "models/microwave/arrangement.yaml"
 EVERYTHING = "tests/targets/c99/everything.yaml"
 LINES = re.MULTILINE
-HERE = Path(__file__).parent
-NATIVE = bench("gcc -Wall -Wextra -Wconversion -pedantic -Werror")
-AVR = bench(chip=CHIPS["atmega328p"], clock_hz=16_000_000)
+
+
+def on_gcc(options: str) -> Bench:
+    return on_computer(Wanted("none", compiler=f"gcc {options}"))
+
+
+NATIVE = on_gcc("-Wall -Wextra -Wconversion -pedantic -Werror")
 SMALL = """
 name: small
 cycle_ms: 1000
@@ -118,36 +119,13 @@ def test_each_mutant_of_an_image_is_caught(small):
     header, source = texts(small)
     vectors = all_steps(small.program, "ringlet")
     assert vectors is not None
-    lenient = bench("gcc -O0 -w")
+    lenient = on_gcc("-O0 -w")
     changes = [(old, new, re.sub(old, new, source)) for old, new in MUTANTS]
     assert sum(changed != source for _, _, changed in changes) > 9
     for old, new, changed in changes:
         if changed == source:
             continue  # it is written in another way now
         assert lenient.run(small, (header, changed), vectors).difference is not None, (old, new)
-
-
-@needs_avr
-@pytest.mark.slow
-def test_an_avr_does_the_same_and_catches_mutants(small):
-    header, source = texts(small)
-    vectors = all_steps(small.program, "ringlet")
-    assert vectors is not None
-    ran = AVR.run(small, (header, source), vectors)
-    assert (ran.difference, ran.steps) == (None, sum(len(s.inputs) for s in vectors.sequences))
-    assert 100 < ran.cycles < 3000
-    assert 10 < ran.stack < 120
-    begins = r"(small_step\(.*\)\n\{)"
-    took = {}
-    for cycles in (1000, 3000, 200_000):
-        late = re.sub(begins, rf"\1 __builtin_avr_delay_cycles({cycles}UL);", source)
-        took[cycles] = AVR.run(small, (header, late), vectors).cycles
-    assert took[3000] - took[1000] == 2000
-    assert 0 <= took[200_000] - took[1000] - 199_000 <= 300, "with the interrupts that count beyond 16 bits"
-    deep = re.sub(begins, r"\1 volatile uint8_t pad[40]; pad[0] = pad[39] = 1; (void)pad[0];", source)
-    assert 40 <= AVR.run(small, (header, deep), vectors).stack - ran.stack <= 60
-    for old, new in MUTANTS[:3]:
-        assert AVR.run(small, (header, re.sub(old, new, source)), vectors).difference is not None
 
 
 @needs_gcc
@@ -177,37 +155,6 @@ def test_vectors_of_another_image_are_refused(small):
         Harness(small, replace(vectors, fields=vectors.fields[1:]))
 
 
-@needs_avr
-@needs_gcc
-@pytest.mark.slow
-def test_the_microwave_is_small_beside_one_that_was_written_by_hand(capsys):
-    """Both have the same main; that the one by hand does the same is what vectors tell."""
-    arrangement = image_of(load_arrangement(OVEN))
-    image, made = image_for(arrangement), C99.make(arrangement, Wanted("avr", optimize="size"))
-    vectors = drawn(image.program, "cycle", sequences=20, steps=500)
-    hand = tuple((HERE / f"by_hand.{ending}").read_text() for ending in "hc")
-    assert NATIVE.run(image, hand, vectors, "outputs").difference is None
-    for old, new in (
-        ("+ 60", "+ 61"),
-        ("> 1)", "> 2)"),
-        ("<= 120", "<= 20"),
-        ("door_open ? 2 : 1", "1"),
-        ("!= 1)", "!= 0)"),
-    ):
-        assert old in hand[1]
-        wrong = hand[1].replace(old, new)
-        assert NATIVE.run(image, (hand[0], wrong), vectors, "outputs").difference is not None, old
-    ours = AVR.sizes([(n, t) for n, t in made.files.items() if n.endswith((".c", ".h"))])
-    main = made.files["microwave_main.c"]
-    theirs = AVR.sizes([("microwave.h", hand[0]), ("microwave.c", hand[1]), ("microwave_main.c", main)])
-    with capsys.disabled():
-        sys.stdout.write(
-            f"\nmicrowave: {ours[0]} bytes of flash and {ours[1]} of RAM; by hand {theirs[0]} and {theirs[1]}\n"
-        )
-    assert theirs[0] < ours[0] < 1.5 * theirs[0]
-    assert theirs[1] < ours[1] < 32
-
-
 # ------------------------------------------------------------ the command
 
 
@@ -233,35 +180,12 @@ def test_the_command_says_what_was_compared_and_that_it_is_all(path):
     )  # fmt: skip
 
 
-@needs_avr
-@pytest.mark.long
-def test_every_step_of_the_microwave_is_equal_on_an_avr():
-    code, out, err = said(OVEN, "--target", "c", "--for", "avr", "--verify")
-    assert (code, err) == (0, "")
-    assert "Verified on simavr (atmega328p): 50916 ringlets and 20092 cycles, 0 differences." in out
-    assert int(re.search(r"Flash: (\d+)", out)[1]) < 2048  # type: ignore[index]
-    ram, stack = map(int, re.search(r"RAM: (\d+) .* (\d+) of stack", out).groups())  # type: ignore[union-attr]
-    assert ram + stack < 64
-    assert int(re.search(r"Worst cycle: (\d+)", out)[1]) < 1000  # type: ignore[index]
-
-
-@needs_avr
-@pytest.mark.slow
-def test_the_command_tells_costs_on_an_avr(path, tmp_path):
-    (tmp_path / "pins.yaml").write_text("pins: {go: PB0}\n")
-    code, out, err = said(path, "--target", "c", "--for", "avr", "--verify")
-    assert (code, err) == (0, "")
-    assert re.search(r"^Verified on simavr \(atmega328p\): \d+ ringlets and \d+ cycles, 0 differences\.$", out, LINES)
-    assert re.search(r"^Flash: \d+ of 32768 bytes\. RAM: \d+ of 2048 bytes, and \d+ of stack in a call\.$", out, LINES)
-    assert re.search(r"^Worst cycle: \d+ CPU cycles, [\d.]+ ms of 1000 ms\.$", out, LINES)
-
-
 WATCHED = ("--property", "p: G !(shown > 200 && go)", "--property", "q: G (m@B -> m.n < 9)")
 
 
 @needs_gcc
 @pytest.mark.slow
-@pytest.mark.parametrize("world", ["none", "posix", pytest.param("avr", marks=needs_avr)])
+@pytest.mark.parametrize("world", ["none", "posix", pytest.param("avr", marks=needs("avr-gcc", "simavr"))])
 def test_an_image_with_monitors_is_verified_without_them_and_that_is_said(world, path, tmp_path):
     (tmp_path / "pins.yaml").write_text("pins: {go: PB0}\n")
     code, out, err = said(path, "--target", "c", "--for", world, "--verify", *WATCHED)
@@ -321,7 +245,7 @@ def test_an_image_that_does_not_end_or_answer_is_told(small, monkeypatch):
     monkeypatch.setattr("llfsm_verify.targets.c99.verifying.run.SECONDS", 0.2)
     stuck = re.sub(r"(small_step\(.*\)\n\{)", r"\1 for (;;) { }", source)
     with pytest.raises(DiagnosticError, match=r"takes more than 0.2 seconds"):
-        bench("gcc -w").run(small, (header, stuck), vectors)
+        on_gcc("-w").run(small, (header, stuck), vectors)
 
 
 def test_written_images_are_those_that_are_verified(small, tmp_path):

@@ -8,11 +8,11 @@ import pytest
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.diagnostics import DiagnosticError
-from llfsm_verify.targets.c99.avr.chips import CHIPS, COUNTS, tick_of
+from llfsm_verify.extensions.avr.chips import CHIPS, COUNTS, tick_of
 from llfsm_verify.targets.c99.target import C99
 from llfsm_verify.targets.images import image_of
 from llfsm_verify.targets.target import Wanted
-from tests.targets.c99.avr.test_world import PANEL, PINS
+from tests.extensions.avr.test_world import PANEL, PINS
 
 WRONG = {
     "unknown pin": (("PB0", "PB9"), "7:13", "the atmega328p has no pin `PB9`"),

@@ -7,26 +7,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.language.scope import did_you_mean
-from llfsm_verify.program.program import Choice, Int
-from llfsm_verify.semantics.operators import OPERATOR
-from llfsm_verify.targets.c99.avr import PINS, TICK
-from llfsm_verify.targets.c99.avr.chips import CHIPS, PRESCALERS, Chip, Tick, tick_of
-from llfsm_verify.targets.c99.avr.pins import Wanted as Wired
-from llfsm_verify.targets.c99.avr.pins import Wire, read_pins, suggested
-from llfsm_verify.targets.c99.blocks import comment
-from llfsm_verify.targets.c99.image import MARK, Image
-from llfsm_verify.targets.c99.names import Field
-from llfsm_verify.targets.c99.numbers import stored_as, written
-from llfsm_verify.targets.target import Made, Wanted
-from llfsm_verify.values import element_names
-
-FLAGS = (
-    "-std=c99", "-Os", "-ffunction-sections", "-Wl,--gc-sections", "-mrelax", "-mcall-prologues", "-fshort-enums",
-    "-Wall", "-Wextra", "-Wconversion",
-)  # fmt: skip
-"""How it is compiled."""
+from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify.extensions.avr.bench import FLAGS, bench
+from llfsm_verify.extensions.avr.chips import PRESCALERS, Chip, Tick, chip_of, tick_of
+from llfsm_verify.extensions.avr.pins import Wanted as Wired
+from llfsm_verify.extensions.avr.pins import Wire, read_pins, suggested
+from llfsm_verify.plug import C_MARK as MARK
+from llfsm_verify.plug import OPERATOR, WRONG_PINS, WRONG_TICK, Choice, Int, Made, World, element_names, stored_as
+from llfsm_verify.plug import CField as Field
+from llfsm_verify.plug import CImage as Image
+from llfsm_verify.plug import TargetWanted as Wanted
+from llfsm_verify.plug import c_comment as comment
+from llfsm_verify.plug import c_number as written
 
 
 def avr(image: Image, wanted: Wanted, /) -> Made:
@@ -42,7 +34,7 @@ def avr(image: Image, wanted: Wanted, /) -> Made:
     if wanted.pins is None and not Path(path).is_file():
         message = f"nothing says which pins inputs and outputs have: there is no {path}"
         hint = f"write one, or name it with --pins, such as `pins: {{{suggested(chip, things)}}}`"
-        raise DiagnosticError(Diagnostic(PINS, message, hint=hint))
+        raise DiagnosticError(Diagnostic(WRONG_PINS, message, hint=hint))
     wires = read_pins(path, chip, things)
     p = image.prefix
     main = _Main(image, chip, wires, wanted.clock_hz).text(inputs, outputs, timer)
@@ -57,12 +49,7 @@ def avr(image: Image, wanted: Wanted, /) -> Made:
     return Made(files, (*notes, "Compile it there: make"))
 
 
-def chip_of(name: str) -> Chip:
-    """DiagnosticError (E507): there is none of this name."""
-    if name not in CHIPS:
-        hint = did_you_mean(name, CHIPS) or f"there are: {', '.join(CHIPS)}"
-        raise DiagnosticError(Diagnostic(TICK, f"nothing is known of the microcontroller `{name[:40]}`", hint=hint))
-    return CHIPS[name]
+AVR = World(avr, bench)
 
 
 def told(chip: Chip, clock_hz: int, timer: Tick) -> str:
@@ -172,7 +159,7 @@ class _Main:
             divided = round(self._clock_hz / (8 * baud))
             if not 1 <= divided <= 4096 or abs(self._clock_hz / (8 * divided * baud) - 1) > 0.025:
                 message = f"the serial port cannot make {baud} baud of {self._clock_hz} Hz"
-                raise DiagnosticError(Diagnostic(TICK, message, hint="write a lower `uart:`"))
+                raise DiagnosticError(Diagnostic(WRONG_TICK, message, hint="write a lower `uart:`"))
             enabled = [("RXEN0" if name in inputs else "TXEN0") for name in bauds]
             yield f"UBRR0 = {divided - 1}U; {comment(f'{baud} baud')}"
             yield "UCSR0A = _BV(U2X0);"

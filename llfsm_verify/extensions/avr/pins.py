@@ -6,16 +6,23 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from llfsm_verify.arrangement.files import read_source
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
-from llfsm_verify.language.scope import did_you_mean
-from llfsm_verify.program.program import Int, Type
-from llfsm_verify.targets.c99.avr import PINS
-from llfsm_verify.targets.c99.avr.chips import Chip
-from llfsm_verify.yaml.compose import compose
-from llfsm_verify.yaml.fields import Report
-from llfsm_verify.yaml.nodes import Mapping as MappingNode
-from llfsm_verify.yaml.nodes import Node, Scalar, Sequence, mark
+from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify.extensions.avr.chips import Chip
+from llfsm_verify.plug import (
+    WRONG_PINS,
+    Int,
+    MappingNode,
+    Node,
+    Report,
+    Scalar,
+    Sequence,
+    Span,
+    Type,
+    compose,
+    did_you_mean,
+    mark,
+    read_source,
+)
 
 BAUDS = ("1200", "2400", "4800", "9600", "19200", "38400", "57600", "115200")
 
@@ -110,7 +117,7 @@ class _Reader:
         return wires
 
     def _wrong(self, message: str, span: Span, hint: str) -> None:
-        self.report.diagnostics.append(Diagnostic(PINS, message, span, hint=hint))
+        self.report.diagnostics.append(Diagnostic(WRONG_PINS, message, span, hint=hint))
 
     def _wire(self, name: str, what: Wanted, node: Node) -> Wire:
         report, fields = self.report, dict[str, Node]()

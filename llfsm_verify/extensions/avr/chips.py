@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.targets.c99.avr import TICK
+from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify.plug import WRONG_TICK, did_you_mean
 
 PRESCALERS = {
     1: "_BV(CS10)",
@@ -57,6 +57,15 @@ CHIPS = {
 }
 
 
+def chip_of(name: str) -> Chip:
+    """DiagnosticError (E507): there is none of this name."""
+    if name not in CHIPS:
+        hint = did_you_mean(name, CHIPS) or f"there are: {', '.join(CHIPS)}"
+        message = f"nothing is known of the microcontroller `{name[:40]}`"
+        raise DiagnosticError(Diagnostic(WRONG_TICK, message, hint=hint))
+    return CHIPS[name]
+
+
 @dataclass(frozen=True, slots=True)
 class Tick:
     """Timer 1 counts to `counts` at the clock divided by `prescaler`, `interrupts` times a cycle."""
@@ -89,4 +98,4 @@ def tick_of(chip: Chip, period: Fraction, clock_hz: int) -> Tick:
     why = "is too short" if cycles < FEWEST else "is too long" if best is None else "cannot be made exactly"
     message = f"a cycle of {float(period):g} ms {why} for timer 1 of the {chip.name} at {clock_hz} Hz"
     hint = "give the frequency of its clock (`--clock-hz`), or another `cycle_ms:`"
-    raise DiagnosticError(Diagnostic(TICK, message, hint=hint))
+    raise DiagnosticError(Diagnostic(WRONG_TICK, message, hint=hint))

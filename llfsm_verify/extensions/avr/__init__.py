@@ -20,12 +20,10 @@ Mistakes:
     a.yaml: error[E507]: a cycle of 10000 ms is too long for timer 1 of the atmega328p at 16000000 Hz
 """
 
-from typing import Final
+from __future__ import annotations
 
-PINS: Final = "E506"
-TICK: Final = "E507"
+from llfsm_verify.plug import Entry
 
-CODES: Final = {
-    PINS: "A table of pins does not fit the arrangement or the microcontroller.",
-    TICK: "The timer of a microcontroller cannot make the cycle of the arrangement.",
+ENTRIES = {
+    "llfsm_verify.worlds": (Entry("avr", f"{__name__}.world:AVR", "a program for a microcontroller, with its pins"),),
 }

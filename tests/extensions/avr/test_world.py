@@ -8,15 +8,15 @@ import pytest
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.backends.native.executor import NativeProgram
+from llfsm_verify.extensions.avr.chips import CHIPS
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live.plan import starting_values
-from llfsm_verify.targets.c99.avr.chips import CHIPS
 from llfsm_verify.targets.c99.target import C99, image_for
 from llfsm_verify.targets.images import image_of
 from llfsm_verify.targets.target import Wanted
 from llfsm_verify.values import element_names
 from tests.cli.running import llfsm
-from tests.targets.c99.avr.boards import compiled_board, make, needs_avr, needs_board, played
+from tests.extensions.avr.boards import compiled_board, make, needs_avr, needs_board, played
 
 OVEN = "models/microwave/arrangement.yaml"
 PANEL = """
