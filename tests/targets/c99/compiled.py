@@ -6,6 +6,7 @@ import ctypes
 import subprocess
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from llfsm_verify.backends.native.code import OVERFLOW
@@ -13,6 +14,7 @@ from llfsm_verify.program.program import Program
 from llfsm_verify.targets.c99.image import OVERFLOW as LEFT_64
 from llfsm_verify.targets.c99.image import STATUSES, Image
 from llfsm_verify.targets.c99.numbers import stored_as
+from llfsm_verify.targets.small import smaller
 from llfsm_verify.values import Value
 from tests.outside import needs
 
@@ -128,6 +130,11 @@ def compile_strictly(compiler: str, source: Path, result: Path, *flags: str) -> 
     command = [compiler, *STRICT, "-c", *flags, str(source), "-o", str(result)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{done.stderr[:4000]}\n{source.read_text()[-20000:]}"
+
+
+def shrunk(image: Image) -> Image:
+    """The same, optimized for size."""
+    return Image(smaller(image.program, safe=image.meaning.safe), replace(image.meaning, small=True))
 
 
 def single(program: Program) -> bool:

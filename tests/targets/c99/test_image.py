@@ -14,9 +14,8 @@ from llfsm_verify.program.program import Int
 from llfsm_verify.targets.c99.image import STATUSES, Image
 from llfsm_verify.targets.c99.target import image_for
 from llfsm_verify.targets.images import image_of
-from llfsm_verify.targets.small import smaller
 from tests.outside import needs, program
-from tests.targets.c99.compiled import Built, compile_strictly, needs_avr, needs_clang, needs_gcc, write
+from tests.targets.c99.compiled import Built, compile_strictly, needs_avr, needs_clang, needs_gcc, shrunk, write
 
 EVERYTHING = "tests/targets/c99/everything.yaml"
 BAD_INPUT, CORRUPT = (STATUSES[name][0] - 10 for name in ("BAD_INPUT", "CORRUPT"))
@@ -44,7 +43,7 @@ def test_an_input_outside_its_range_is_refused_and_changes_nothing(image):
 
 def in_both_sizes(path: str | Path) -> list[Image]:
     image = image_for(image_of(load_arrangement(path)))
-    return [image, Image(smaller(image.program, safe=image.meaning.safe), replace(image.meaning, small=True))]
+    return [image, shrunk(image)]
 
 
 ONE = """

@@ -25,9 +25,10 @@ from tests.outside import demand, needs, program
 from tests.quick import FRESH, each, spread
 from tests.targets.c99.compiled import STRICT
 from tests.targets.c99.drawn import KINDS, adapted, tally_of
-from tests.targets.c99.ways import WAYS, Walk, first_difference, write
+from tests.targets.c99.ways import WAYS, Walk, first_difference, small, write
 
 EVERYTHING = "tests/targets/c99/everything.yaml"
+PROVABLE = "tests/targets/c99/provable.yaml"
 STEPS = 100_000 if FRESH else 2_000
 ON_AVR = STEPS // 10
 """An emulator of a slow machine takes fewer."""
@@ -48,7 +49,9 @@ def check(walks: list[Walk], wanted: list[str], way: str, folder: Path) -> None:
 
 @cache
 def everything(steps: int) -> tuple[list[Walk], list[str]]:
-    walks = [Walk(image_for(image_of(load_arrangement(EVERYTHING))), steps)]
+    images = [image_for(image_of(load_arrangement(path))) for path in (EVERYTHING, PROVABLE)]
+    again = replace(load_arrangement(EVERYTHING), name="small")
+    walks = [Walk(images[0], steps), *(small(image, steps // 4) for image in (images[1], image_for(image_of(again))))]
     return walks, [line for walk in walks for line in walk.lines()]
 
 
@@ -59,7 +62,8 @@ def test_all_there_is_in_each_way(way, tmp_path):
 
 
 def draw(number: int) -> tuple[list[Walk], Counter[str]]:
-    """Random arrangements, of which each has or does something that but few of those before it do."""
+    """Random arrangements, of which each has or does something that but few of those before it do. Each second one is
+    optimized for size."""
     walks: list[Walk] = []
     told = Counter[str]()
 
@@ -76,7 +80,7 @@ def draw(number: int) -> tuple[list[Walk], Counter[str]]:
         new = any(kind in KINDS and not told[kind] for kind in tally)
         if new or (len(walks) < MOST and any(told[kind] < 2 for kind in tally)):
             told.update(tally.keys())
-            walks.append(Walk(image, EACH))
+            walks.append(small(image, EACH) if len(walks) % 2 else Walk(image, EACH))
 
     checks = list(HealthCheck)
     amount = settings(max_examples=200, deadline=None, database=None, suppress_health_check=checks)

@@ -15,14 +15,14 @@ from pathlib import Path
 
 from llfsm_verify.backends.native.code import OVERFLOW
 from llfsm_verify.backends.native.executor import NativeProgram
-from llfsm_verify.program.program import Choice
+from llfsm_verify.program.program import Choice, Program
 from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.targets.c99.image import ENDED, OK, STATUSES, Image
 from llfsm_verify.targets.c99.image import OVERFLOW as LEFT_64
 from llfsm_verify.targets.c99.numbers import stored_as, unsigned64
 from llfsm_verify.values import Value
 from tests.outside import program
-from tests.targets.c99.compiled import STRICT, places
+from tests.targets.c99.compiled import STRICT, places, shrunk
 
 HERE = Path(__file__).parent
 WORD = (1 << 64) - 1
@@ -59,10 +59,12 @@ def _asked(choice: Choice) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """Steps of an image from its beginning, and from there again after each fault or end."""
+    """Steps of an image from its beginning, and from there again after each fault or end. `whole`: the program that the
+    executor runs, where that of the image is a part of it."""
 
     image: Image
     steps: int
+    whole: Program | None = None
 
     def function(self) -> str:
         """C that walks and prints a line for each step: its status, and all variables as words."""
@@ -114,7 +116,7 @@ void walk_{p}(void)
         told = Counter[str]() if tally is None else tally
         image, chance = self.image, Chance(SEED)
         program = image.program
-        native = NativeProgram(program, events=True, effort="quick")
+        native = NativeProgram(self.whole or program, events=True, effort="quick")
         layout = native.layout
         record = layout.first()
         for _ in range(self.steps):
@@ -147,6 +149,11 @@ void walk_{p}(void)
             ] += 1
             yield " ".join(f"{word & WORD:x}" for word in words)
         yield f"{image.layout():x}"
+
+
+def small(image: Image, steps: int) -> Walk:
+    """A walk of the same, optimized for size."""
+    return Walk(shrunk(image), steps, image.program)
 
 
 def _flat(values: Iterator[Value]) -> Iterator[int]:
