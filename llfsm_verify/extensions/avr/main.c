@@ -58,40 +58,29 @@ static bool wait(void)
     return late;
 }
 
-@monitors static bool violated(const NAME_monitors *monitors)
-@monitors {
-@monitors     size_t i;
-@monitors     for (i = 0; i < NAME_PROPERTIES; i++) {
-@monitors         if (NAME_monitors_verdict(monitors, (NAME_property)i) == NAME_VIOLATED) {
-@monitors             return true;
-@monitors         }
-@monitors     }
-@monitors     return false;
-@monitors }
-@monitors 
 int main(void)
 {
 @monitors     static NAME_monitors monitors;
     static NAME_state state;
     static NAME_inputs inputs;
-    NAME_status status = NAME_OK;
+    bool stopped = false;
     NAME_init(&state);
     NAME_first(&inputs);
 @monitors     NAME_monitors_init(&monitors, &state);
     write_outputs(&state); /* before pins become outputs */
     set_up();
-    while (status == NAME_OK) {
+    while (!stopped) {
         if (wait() && STOP_WHEN_LATE) {
             NAME_safe(&state);
-            status = NAME_CORRUPT;
+            stopped = true;
         } else {
             read_inputs(&inputs);
-@plain             status = NAME_cycle(&state, &inputs);
-@monitors             status = NAME_monitored_cycle(&monitors, &state, &inputs);
+@plain             stopped = NAME_cycle(&state, &inputs) != NAME_OK;
+@monitors             stopped = NAME_monitored_cycle(&monitors, &state, &inputs) != NAME_OK;
         }
-@monitors         if (STOP_WHEN_VIOLATED && violated(&monitors)) {
+@monitors         if (STOP_WHEN_VIOLATED && NAME_violated(&monitors)) {
 @monitors             NAME_safe(&state);
-@monitors             status = NAME_CORRUPT;
+@monitors             stopped = true;
 @monitors         }
         write_outputs(&state); /* after a fault, those that have safe values have them */
     }

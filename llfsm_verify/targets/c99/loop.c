@@ -170,6 +170,20 @@ static int64_t now(void)
     return (int64_t)time.tv_sec * INT64_C(1000000000) + (int64_t)time.tv_nsec;
 }
 
+/* The frame of the state as it is now. */
+static void fill(loop *l, const NAME_report *report)
+{
+    if (l->file < 0) {
+        return;
+    }
+    l->frame[NUMBER]++;
+    l->frame[COMMITTED] = (uint64_t)now();
+    l->frame[STEPS] = report->ringlets;
+    l->frame[MOVED] = (uint64_t)report->moved;
+    put_record(&l->state, l->frame + RECORD);
+    memcpy(l->frame + EVENTS, l->state.events, sizeof l->state.events);
+}
+
 /* The frame is complete: record how it differs from the one before. */
 static void commit(loop *l, NAME_report *report)
 {
@@ -182,12 +196,6 @@ static void commit(loop *l, NAME_report *report)
     if (l->file < 0) {
         return;
     }
-    l->frame[NUMBER]++;
-    l->frame[COMMITTED] = (uint64_t)now();
-    l->frame[STEPS] = report->ringlets;
-    l->frame[MOVED] = (uint64_t)report->moved;
-    put_record(&l->state, l->frame + RECORD);
-    memcpy(l->frame + EVENTS, l->state.events, sizeof l->state.events);
     size = put_number(l->entry, size, 0);
     for (i = 0; i < WORDS; i++) {
         const uint64_t change = l->frame[i] - l->before[i];
@@ -294,26 +302,16 @@ static NAME_ending failed(NAME_status status)
     return status == NAME_OVERFLOW ? NAME_END_OVERFLOW : status == NAME_CORRUPT ? NAME_END_CORRUPT : NAME_END_FAULT;
 }
 
-@monitors static bool violated(const NAME_monitors *monitors)
-@monitors {
-@monitors     size_t i;
-@monitors     for (i = 0; i < NAME_PROPERTIES; i++) {
-@monitors         if (NAME_monitors_verdict(monitors, (NAME_property)i) == NAME_VIOLATED) {
-@monitors             return true;
-@monitors         }
-@monitors     }
-@monitors     return false;
-@monitors }
-@monitors 
 /* One cycle; why there are no more. */
 static NAME_ending turn(loop *l, const NAME_calls *calls, const NAME_options *options, NAME_report *report,
     NAME_status *status)
 {
+    NAME_ending ending = NAME_END_RUNNING;
     if (told(options) || (options->cycles != 0 && report->cycles >= options->cycles)) {
         return NAME_END_STOPPED;
     }
     if (!options->at_once) {
-        const NAME_ending ending = wait_for(l, options, report);
+        ending = wait_for(l, options, report);
         if (ending != NAME_END_RUNNING) {
             return ending;
         }
@@ -349,15 +347,16 @@ static NAME_ending turn(loop *l, const NAME_calls *calls, const NAME_options *op
     report->cycles++;
     clear_commands(&l->inputs);
     l->good = l->inputs;
-    if (calls->write != NULL && !calls->write(calls->context, outputs(&l->state), report)) {
-        commit(l, report);
-        return NAME_END_STOPPED;
-    }
-    commit(l, report);
-@monitors     if (options->strict && violated(&l->monitors)) {
+@monitors     if (options->strict && NAME_violated(&l->monitors)) {
+@monitors         fill(l, report); /* and record it after the safe values are written */
 @monitors         return NAME_END_VIOLATED;
 @monitors     }
-    return NAME_END_RUNNING;
+    if (calls->write != NULL && !calls->write(calls->context, outputs(&l->state), report)) {
+        ending = NAME_END_STOPPED;
+    }
+    fill(l, report);
+    commit(l, report);
+    return ending;
 }
 
 static const char *reason(NAME_ending ending, NAME_status status)
@@ -415,10 +414,13 @@ int NAME_run(const NAME_calls *calls, const NAME_options *options, NAME_report *
     l->frame[PROCESS] = UINT64_MAX;
     put_choices(&l->inputs, l->frame + CHOICES);
     l->base = now();
-    commit(l, report);
-@monitors     if (options->strict && violated(&l->monitors)) {
+    fill(l, report);
+@monitors     if (options->strict && NAME_violated(&l->monitors)) {
 @monitors         ending = NAME_END_VIOLATED;
 @monitors     }
+    if (ending == NAME_END_RUNNING) {
+        commit(l, report);
+    }
     while (ending == NAME_END_RUNNING) {
         ending = turn(l, calls, options, report, &status);
     }
@@ -432,14 +434,18 @@ int NAME_run(const NAME_calls *calls, const NAME_options *options, NAME_report *
     } else if (ending == NAME_END_STOPPED && told(options)) {
         report->detail = (int)*options->stop;
     }
-    l->frame[ENDING] = (uint64_t)ending;
-    l->frame[DETAIL] = ending == NAME_END_OVERFLOW ? UINT64_MAX : (uint64_t)(int64_t)report->detail;
+    if (calls->write != NULL) { /* before all that can take time */
+        (void)calls->write(calls->context, outputs(&l->state), report);
+    }
     if (calls->fault != NULL && failed(status) == ending) {
         calls->fault(calls->context, status, report->why);
     }
-    if (calls->write != NULL) {
-        (void)calls->write(calls->context, outputs(&l->state), report);
-    }
+@monitors     if (ending == NAME_END_VIOLATED) {
+@monitors         commit(l, report);
+@monitors     }
+    l->frame[ENDING] = (uint64_t)ending;
+    l->frame[DETAIL] = ending == NAME_END_OVERFLOW ? UINT64_MAX : (uint64_t)(int64_t)report->detail;
+    fill(l, report);
     commit(l, report);
     close_recording(l, report, 0);
     report->state = NULL;

@@ -45,7 +45,7 @@ typedef struct {
     bool (*read)(void *context, NAME_inputs *inputs);
     /* After a cycle, and once more at the end, with safe values: take the outputs. false: end. */
     bool (*write)(void *context, const NAME_outputs *outputs, const NAME_report *report);
-    /* Before that last one, where a ringlet failed. */
+    /* After that last one, where a ringlet failed. */
     void (*fault)(void *context, NAME_status status, const char *why);
     /* Once, before all: store values of inputs that never change; a recording has these. */
     void (*begin)(void *context, NAME_state *state);

@@ -35,6 +35,9 @@ bool NAME_monitors_step(NAME_monitors *monitors, const NAME_state *state);
 /* A verdict stays as it is. */
 NAME_verdict NAME_monitors_verdict(const NAME_monitors *monitors, NAME_property property);
 
+/* Whether a property is violated. */
+bool NAME_violated(const NAME_monitors *monitors);
+
 /* NAME_cycle, with NAME_monitors_step after each ringlet. */
 NAME_status NAME_monitored_cycle(
     NAME_monitors *monitors, NAME_state *state, const NAME_inputs *inputs);
@@ -78,6 +81,17 @@ NAME_verdict NAME_monitors_verdict(const NAME_monitors *monitors, NAME_property 
     default:
         return NAME_UNDECIDED;
     }
+}
+
+bool NAME_violated(const NAME_monitors *monitors)
+{
+    size_t i;
+    for (i = 0; i < NAME_PROPERTIES; i++) {
+        if (NAME_monitors_verdict(monitors, (NAME_property)i) == NAME_VIOLATED) {
+            return true;
+        }
+    }
+    return false;
 }
 
 NAME_status NAME_monitored_cycle(

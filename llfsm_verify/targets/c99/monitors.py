@@ -26,7 +26,18 @@ from llfsm_verify.targets.c99.texts import runtime
 from llfsm_verify.targets.monitors import OnBoard, Watched
 
 VERDICTS = {MonitorVerdict.NOT_YET: "UNDECIDED", MonitorVerdict.TRUE: "HOLDS", MonitorVerdict.FALSE: "VIOLATED"}
-OWN = (*VERDICTS.values(), "verdict", "property", "properties", "PROPERTIES", "FLASH", "READ8", "READ16", "APART")
+OWN = (
+    *VERDICTS.values(),
+    "verdict",
+    "violated",
+    "property",
+    "properties",
+    "PROPERTIES",
+    "FLASH",
+    "READ8",
+    "READ16",
+    "APART",
+)
 COUNTER_BYTES = 4
 _DECIDED = (MonitorVerdict.TRUE, MonitorVerdict.FALSE)
 _OPERATOR = re.compile(r"->|\[|<<|>>|[<>=!]=|&&|\|\||\+\+|[-+*/%<>!&|^~?]")

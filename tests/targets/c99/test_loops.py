@@ -236,3 +236,36 @@ def test_a_flag_stops_it(library: ctypes.CDLL) -> None:
     calls = Calls(None, READ(), WRITE(write), None, None)
     assert library.lift_run(ctypes.byref(calls), ctypes.byref(options), ctypes.byref(report)) == 0
     assert (report.cycles, report.detail, report.why) == (1, 7, b"stopped")
+
+
+FAULTY = """
+name: faulty
+cycle_ms: 1
+whiteboard: {n: {type: 0..3, init: 2, role: output, safe: 0}}
+machines:
+  m: {inline: {machine: M, states: [{name: A, internal: "n = n + 1;", transitions: [{when: n == 0, to: A}]}]}}
+schedule: [m]
+"""
+FAULT = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p)
+
+
+def test_safe_values_come_before_a_fault_is_told(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text(FAULTY)
+    written(str(tmp_path / "a.yaml"), tmp_path)
+    command = ["gcc", *STRICT, "-O1", "-fPIC", "-shared", "faulty.c", "faulty_loop.c", "-o", "libfaulty.so"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    happened = list[int | str]()
+
+    def write(_: object, outputs: ctypes._Pointer[ctypes.c_uint8], __: object) -> bool:
+        happened.append(outputs[0])
+        return True
+
+    def fault(_: object, __: int, why: bytes) -> None:
+        happened.append(why.decode().partition(" ")[2])
+
+    taken = ctypes.CFUNCTYPE(ctypes.c_bool, ctypes.c_void_p, ctypes.POINTER(ctypes.c_uint8), ctypes.c_void_p)(write)
+    told, options, report = FAULT(fault), Options(None, None, 0, True, False), Report()
+    calls = Calls(None, READ(), ctypes.cast(taken, WRITE), ctypes.cast(told, ctypes.c_void_p), None)
+    library = ctypes.CDLL(str(tmp_path / "libfaulty.so"))
+    assert library.faulty_run(ctypes.byref(calls), ctypes.byref(options), ctypes.byref(report)) == 0
+    assert happened == [3, 0, "F001 value outside its range: n is declared 0..3"]

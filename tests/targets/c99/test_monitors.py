@@ -333,9 +333,11 @@ def test_a_program_for_posix_tells_verdicts_as_its_recording_does(tmp_path):
         1, [first, *decided, shown[0], bad, shown[1], shown[2], good, shown[3], end],
     )  # fmt: skip
     assert said("--strict") == (
-        1, [first, *decided, shown[0], bad, shown[1], {"cycle": 2, "safe": 7, "end": "violated"}],
+        1, [first, *decided, shown[0], bad, {"cycle": 2, "safe": 7, "end": "violated"}],
     )  # fmt: skip
     assert "the same bit for bit, and then stopped" in llfsm("replay", str(recording)).stdout
+    assert said("--strict", "--record", str(tmp_path / "short"))[0] == 1
+    assert "4 frames, the same bit for bit, and then violated" in llfsm("replay", str(tmp_path / "short")).stdout
     told = llfsm("check-recording", str(recording), str(tmp_path / "p.ltl")).stdout
     found = re.findall(r"^(\w+) +(\w+) .*\n +(at step \d+|before the first step|[a-z ]+)", told, re.MULTILINE)
     assert found == [
