@@ -30,9 +30,17 @@ static void write_outputs(const NAME_state *state)
 @WRITE@
 }
 
-static void set_up(void)
+/* After a fault. */
+static void write_last(const NAME_state *state)
 {
-@SET_UP@
+@LAST@
+}
+
+static void set_up(const NAME_state *state)
+{
+@SERIAL@
+    write_outputs(state); /* before pins become outputs */
+@PINS@
     OCR1A = @COUNTS@U - 1U;
     TCCR1A = 0;
     TCCR1B = (uint8_t)(_BV(WGM12) | @PRESCALER@); /* CPU clock / @DIVIDED@ */
@@ -67,8 +75,7 @@ int main(void)
     NAME_init(&state);
     NAME_first(&inputs);
 @monitors     NAME_monitors_init(&monitors, &state);
-    write_outputs(&state); /* before pins become outputs */
-    set_up();
+    set_up(&state);
     while (!stopped) {
         if (wait() && STOP_WHEN_LATE) {
             NAME_safe(&state);
@@ -84,6 +91,7 @@ int main(void)
 @monitors         }
         write_outputs(&state); /* after a fault, those that have safe values have them */
     }
+    write_last(&state);
     cli();
     for (;;) {
         sleep_enable();

@@ -84,7 +84,9 @@ class _Main:
             "TICK": self._tick(timer.interrupts),
             "READ": [*self._read(inputs)] or ["(void)inputs;"],
             "WRITE": [*self._write(outputs)] or ["(void)state;"],
-            "SET_UP": [*self._set_up(inputs, outputs)],
+            "LAST": [*self._last(outputs)] or ["(void)state;"],
+            "SERIAL": [*self._serial(inputs, outputs)],
+            "PINS": [*self._pins(inputs, outputs)],
         }
         for name, lines in parts.items():
             text = text.replace(f"@{name}@\n", "".join(f"    {line}\n" for line in lines))
@@ -108,10 +110,12 @@ class _Main:
             wire, place = self._wires[name], f"inputs->{self._image.names.inputs[name]}"
             kind = stored_as(choice.type)
             if wire.baud:
-                yield "while ((UCSR0A & _BV(RXC0)) != 0) {"
+                yield from ("uint8_t status;", "while (((status = UCSR0A) & _BV(RXC0)) != 0) {")
                 yield "    const uint8_t byte = UDR0;"
-                yield from (f"    {line}" for line in _held(place, choice.type, "byte", 255))
-                yield "}"
+                broken = "one that came broken, or after a lost one, changes nothing"
+                yield f"    if ((status & (_BV(FE0) | _BV(DOR0) | _BV(UPE0))) == 0) {{ {comment(broken)}"
+                yield from (f"        {line}" for line in _held(place, choice.type, "byte", 255))
+                yield from ("    }", "}")
             elif choice.type.boolean:
                 yield f"{place} = {_bit(wire.pins[0], wire.low)};"
             else:
@@ -126,10 +130,17 @@ class _Main:
                 yield f"}} {comment(made)}"
 
     def _write(self, outputs: Mapping[str, tuple[Field, str]]) -> Iterator[str]:
-        for name, (field, place) in outputs.items():
-            wire = self._wires.get(name)
-            if wire is None:
-                continue
+        shown = {name: what for name, what in outputs.items() if name in self._wires}
+        ports: dict[str, list[str]] = {}
+        for wire in (self._wires[name] for name in shown):
+            for pin in wire.pins:
+                ports.setdefault(pin[1], []).append(pin[2])
+        if ports:
+            yield "const uint8_t interrupts = SREG;"
+        for port in sorted(ports):
+            yield f"uint8_t port{port.lower()} = 0;"
+        for name, (field, place) in shown.items():
+            wire = self._wires[name]
             if wire.baud:
                 value = f"(uint8_t){place}"
                 yield "static uint8_t sent;"
@@ -141,11 +152,26 @@ class _Main:
             boolean = isinstance(field.var.type, Int) and field.var.type.boolean
             for number, pin in enumerate(wire.pins):
                 condition = place if boolean else f"({place} & {written(1 << number, field.type)}) != 0"
-                on, off = _set(f"PORT{pin[1]}", pin, True), _set(f"PORT{pin[1]}", pin, False)
-                first, second = (off, on) if wire.low else (on, off)
-                yield from (f"if ({condition}) {{", f"    {first}", "} else {", f"    {second}", "}")
+                condition = (f"!{place}" if boolean else condition.replace("!=", "==")) if wire.low else condition
+                made = f"port{pin[1].lower()}"
+                yield from (f"if ({condition}) {{", f"    {made} = (uint8_t)({made} | _BV({pin[2]}));", "}")
+        if ports:
+            yield "cli(); /* no code of several pins is in between, and no handler of an interrupt */"
+            for port, bits in sorted(ports.items()):
+                mask = " | ".join(f"_BV({bit})" for bit in bits)
+                yield f"PORT{port} = (uint8_t)((PORT{port} & ~({mask})) | port{port.lower()});"
+            yield "SREG = interrupts;"
 
-    def _set_up(self, inputs: Mapping[str, Choice], outputs: Mapping[str, object]) -> Iterator[str]:
+    def _last(self, outputs: Mapping[str, object]) -> Iterator[str]:
+        """What sends the safe value of an output at the serial port, once that has room."""
+        for wire in (self._wires[name] for name in outputs if name in self._wires):
+            if wire.baud:
+                tries = -(-10 * self._clock_hz // wire.baud)
+                yield f"uint32_t tries = {tries}U; {comment('each takes several steps of the CPU, a byte fewer')}"
+                yield "while ((UCSR0A & _BV(UDRE0)) == 0 && tries > 0) {"
+                yield from ("    tries--;", "}", "write_outputs(state);")
+
+    def _pins(self, inputs: Mapping[str, Choice], outputs: Mapping[str, object]) -> Iterator[str]:
         wires = self._wires
         pulled = [pin for name in inputs if wires[name].pull_up for pin in wires[name].pins]
         shown = [pin for name in outputs if name in wires for pin in wires[name].pins]
@@ -153,6 +179,9 @@ class _Main:
             for port in sorted({pin[1] for pin in pins}):
                 bits = " | ".join(f"_BV({pin[2]})" for pin in pins if pin[1] == port)
                 yield f"{register}{port} = (uint8_t)({register}{port} | {bits});"
+
+    def _serial(self, inputs: Mapping[str, Choice], outputs: Mapping[str, object]) -> Iterator[str]:
+        wires = self._wires
         bauds = {name: wires[name].baud for name in (*inputs, *outputs) if name in wires and wires[name].baud}
         if bauds:
             baud = next(iter(bauds.values()))
@@ -168,10 +197,6 @@ class _Main:
 
 def _bit(pin: str, low: bool) -> str:
     return f"(pin{pin[1].lower()} & _BV({pin[2]})) {'==' if low else '!='} 0"
-
-
-def _set(register: str, pin: str, on: bool) -> str:
-    return f"{register} = (uint8_t)({register} {f'| _BV({pin[2]})' if on else f'& ~_BV({pin[2]})'});"
 
 
 def _held(place: str, kind: Int, value: str, most: int) -> Sequence[str]:

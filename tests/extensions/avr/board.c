@@ -1,6 +1,7 @@
 /* A board with a simulated AVR: each line of input sets pins, and after a cycle the ports are printed.
 
-   board ELF MCU HZ CYCLES: lines are words such as D2=1 (a pin) or u=41 (a byte on the serial port, in hexadecimal). */
+   board ELF MCU HZ CYCLES [log]: lines are words such as D2=1 (a pin) or u=41 (a byte on the serial port, in
+   hexadecimal; 8041: its frame is broken). With `log` all values that port B had since are printed. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +18,16 @@ static void heard(struct avr_irq_t *irq, uint32_t value, void *param)
     (void)irq;
     (void)param;
     sent = (int)value;
+}
+
+static char values[4096];
+
+static void driven_to(struct avr_irq_t *irq, uint32_t value, void *param)
+{
+    const size_t used = strlen(values);
+    (void)irq;
+    (void)param;
+    snprintf(values + used, sizeof values - used, "%s%02x", used == 0 ? "" : ",", (unsigned)value);
 }
 
 static void awake(avr_t *avr, avr_cycle_count_t cycles)
@@ -50,7 +61,7 @@ int main(int count, char **words)
     avr_t *avr;
     avr_cycle_count_t period, end;
     uint32_t flags = 0;
-    if (count != 5) {
+    if (count < 5) {
         return 2;
     }
     avr_global_logger_set(quiet);
@@ -66,6 +77,7 @@ int main(int count, char **words)
     flags &= ~(uint32_t)(AVR_UART_FLAG_STDIO | AVR_UART_FLAG_POLL_SLEEP);
     avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
     avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), heard, NULL);
+    avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('B'), IOPORT_IRQ_REG_PORT), driven_to, NULL);
     end = period / 2;
     while (fgets(line, sizeof line, stdin) != NULL) {
         char *word;
@@ -105,6 +117,10 @@ int main(int count, char **words)
             if (avr_ioctl(avr, AVR_IOCTL_IOPORT_GETSTATE(*port), &state) == 0) {
                 printf("%c=%02x/%02x ", *port, (unsigned)state.port, (unsigned)state.ddr);
             }
+        }
+        if (count > 5) {
+            printf("all=%s ", values);
+            values[0] = '\0';
         }
         printf("u=%d\n", sent);
         sent = -1;

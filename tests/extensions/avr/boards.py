@@ -31,9 +31,12 @@ def compiled_board(folder: Path) -> Path:
     return made
 
 
-def played(board: Path, elf: Path, lines: Iterable[str], cycles: int, mcu: str = "atmega328p") -> list[dict[str, str]]:
-    """What ports show after each cycle of so many CPU cycles: PORT/DDR by letter, and the byte that was sent, `u`."""
+def played(
+    board: Path, elf: Path, lines: Iterable[str], cycles: int, mcu: str = "atmega328p", *, log: bool = False
+) -> list[dict[str, str]]:
+    """What ports show after each cycle of so many CPU cycles: PORT/DDR by letter, and the byte that was sent, `u`.
+    `log`: also `all` values that port B had."""
     given = "".join(f"{line}\n" for line in lines)
-    command = [board, elf, mcu, "16000000", str(cycles)]
+    command = [board, elf, mcu, "16000000", str(cycles), *["log"] * log]
     done = subprocess.run(command, input=given, capture_output=True, text=True, check=True, timeout=100)
     return [dict(word.split("=") for word in line.split()) for line in done.stdout.splitlines()]
