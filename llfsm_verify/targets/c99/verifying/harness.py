@@ -20,10 +20,12 @@ HIDDEN = ("control", "output")
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A source, and what it runs: the numbers of sequences, and of the steps of them that come before."""
+    """A source, and what it runs: the numbers of sequences, and of the steps of them that come before; and how many
+    steps of each it runs."""
 
     source: str
     runs: tuple[tuple[int, int], ...]
+    steps: tuple[int, ...]
 
 
 class Harness:
@@ -45,24 +47,28 @@ class Harness:
         kinds = [f.type for f, _ in self.fields] + [stored_as(c.type) for c in image.program.choices]
         self.bytes = max((_size(kind) for kind in kinds), default=1)
         self._number = 1 if max(len(self.names), len(vectors.inputs)) < 255 else 2
+        self.last = (1 << 8 * self._number) - 1
+        """The number of no field: the status differs."""
         self.parts = tuple(self._parts(budget))
 
     # ------------------------------------------------------------ vectors
 
     def _parts(self, budget: int) -> Iterator[Part]:
-        made, runs = bytearray(), list[tuple[int, int]]()
+        made, runs, steps = bytearray(), list[tuple[int, int]](), list[int]()
         for number, sequence in enumerate(self._vectors.sequences):
             begun = False
             for step, row in enumerate(sequence.inputs):
                 if begun and len(made) > budget:
-                    yield self._part(made + self._last(), runs)
-                    made, runs, begun = bytearray(), [], False
+                    yield self._part(made + self._last(), runs, steps)
+                    made, runs, steps, begun = bytearray(), [], [], False
                 last = sequence.records[step - 1] if step else sequence.start
                 before = self._record(last) if last else self._initial()
                 if not begun:
                     runs.append((number, step))
+                    steps.append(0)
                     made += self._count(1) + b"".join(map(self._value, before)) if last else self._count(0)
                     begun, given = True, dict[int, int]()
+                steps[-1] += 1
                 made += self._pairs([(i, v) for i, v in enumerate(row) if given.get(i) != v])
                 given = dict(enumerate(row))
                 if step < len(sequence.records):
@@ -73,13 +79,13 @@ class Harness:
             if begun:
                 made += self._last()
             if len(made) > budget:
-                yield self._part(made, runs)
-                made, runs = bytearray(), []
+                yield self._part(made, runs, steps)
+                made, runs, steps = bytearray(), [], []
         if runs:
-            yield self._part(made, runs)
+            yield self._part(made, runs, steps)
 
-    def _part(self, made: bytes | bytearray, runs: Sequence[tuple[int, int]]) -> Part:
-        return Part(self._text(bytes(made), len(runs)), tuple(runs))
+    def _part(self, made: bytes | bytearray, runs: Sequence[tuple[int, int]], steps: Sequence[int]) -> Part:
+        return Part(self._text(bytes(made), len(runs)), tuple(runs), tuple(steps))
 
     def _record(self, record: Sequence[int]) -> list[int]:
         return [record[column] for column in self._columns]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shlex
-import subprocess
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import resources
@@ -18,13 +17,16 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.targets.c99.image import STATUSES, Image
 from llfsm_verify.targets.c99.verifying import FAILED, MISSING
 from llfsm_verify.targets.c99.verifying.harness import Harness, Part, value_of
+from llfsm_verify.targets.c99.verifying.processes import MOST, Ended, ended
 from llfsm_verify.targets.target import Difference, Made, Wanted
 from llfsm_verify.values import value_text
 
 SECONDS = 120
 """How long a compiler, or an image with its vectors, may take."""
 NATIVE = ("-std=c99", "-O2")
-_TOLD = re.compile(r"\b(ok|differs|cost|layout)((?: [0-9a-f]+)*)")
+NUMBERS = {"ok": 1, "differs": 5, "layout": 0}
+"""How many numbers an answer has."""
+_TOLD = re.compile(r"\b(ok|differs|cost|layout)((?: [0-9a-f]{8}(?:[0-9a-f]{8})?)*)\.?$", re.MULTILINE)
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
@@ -59,7 +61,7 @@ class Bench:
         DiagnosticError: E508, E509.
         """
         for program in (self.compiler[0], *self.emulator[:1]):
-            self._there(program)
+            self._found(program)
         try:
             harness = Harness(image, vectors, self.budget, group, self.board)
         except ValueError as error:
@@ -68,9 +70,9 @@ class Bench:
         with TemporaryDirectory() as name:
             folder = Path(name)
             _write(folder, image, texts)
-            self._compile(folder, ["-c", f"{image.prefix}.c", "-o", "image.o"])
+            self._compile(folder, [f"{image.prefix}.c"], "image.o", "-c")
             for part in harness.parts:
-                told = self._told(folder, part)
+                told = self._told(folder, harness, part)
                 difference = _difference(harness, part, told["differs"]) if "differs" in told else None
                 if difference is not None or "ok" not in told:
                     return Ran(steps, difference or Difference(0, 0, "layout", "", ""))
@@ -85,32 +87,41 @@ class Bench:
             texts = {file: text for file, text in files.items() if file.endswith((".c", ".h"))}
             for file, text in texts.items():
                 (folder / file).write_text(text, encoding="utf-8")
-            self._compile(folder, [*(file for file in texts if file.endswith(".c")), "-o", "program.elf"])
-            self._there(program)
-            return _done([program, "program.elf"], folder).stdout
+            self._compile(folder, [file for file in texts if file.endswith(".c")], "program.elf")
+            return _done([self._found(program), str(folder / "program.elf")], program).out
 
-    def _told(self, folder: Path, part: Part) -> dict[str, list[int]]:
+    def _told(self, folder: Path, harness: Harness, part: Part) -> dict[str, list[int]]:
         (folder / "harness.c").write_text(part.source, encoding="utf-8")
-        self._compile(folder, ["harness.c", "image.o", "-o", "harness.elf"])
-        said = _done([*self.emulator, "./harness.elf"], folder, "the image with its vectors")
-        text = _COLOUR.sub("", said.stdout + said.stderr)
-        found = {m[1]: [int(word, 16) for word in m[2].split()] for m in _TOLD.finditer(text)}
-        if not found.keys() & {"ok", "differs", "layout"}:
-            raise _failed(f"the image gave no answer (exit code {said.returncode}): {text.strip()[-200:]}")
+        self._compile(folder, ["harness.c", "image.o"], "harness.elf")
+        emulator = [self._found(self.emulator[0]), *self.emulator[1:]] if self.emulator else []
+        said = _done([*emulator, str(folder / "harness.elf")], "the image with its vectors")
+        text = _COLOUR.sub("", f"{said.out}\n{said.errors}").replace("\r", "").strip()
+        lines = [(m[1], [int(word, 16) for word in m[2].split()]) for m in _TOLD.finditer(text)]
+        found = dict(lines)
+        if not _is_answer(harness, part, lines, said.code):
+            told = f"its answer cannot be: {text[-200:]!a}" if text else "it gave no answer"
+            hint = "try what runs the image by hand" if emulator else ""
+            raise _failed(f"the image with its vectors did not run as it should: {told}, exit code {said.code}", hint)
         return found
 
-    def _compile(self, folder: Path, words: Sequence[str]) -> None:
-        done = _done([*self.compiler, *words], folder, self.compiler[0])
-        if done.returncode:
-            lines = [line for line in done.stderr.splitlines() if "error" in line or "overflowed" in line]
+    def _compile(self, folder: Path, files: Sequence[str], output: str, *options: str) -> None:
+        """Where the user is, whose words may name files there."""
+        words = [*options, *(str(folder / file) for file in files), "-o", str(folder / output)]
+        done = _done([self._found(self.compiler[0]), *self.compiler[1:], *words], self.compiler[0])
+        if done.code:
+            errors = done.errors.replace(f"{folder}/", "").splitlines()
+            lines = [line for line in errors if "error" in line or "overflowed" in line]
             what = "the image does not fit" if any("overflowed" in x for x in lines) else f"{self.compiler[0]} fails"
-            raise _failed(f"{what}: {(lines or done.stderr.splitlines() or [''])[0][:300]}")
+            raise _failed(f"{what}: {(lines or errors or [''])[0][:300]}")
 
-    def _there(self, program: str) -> None:
-        if which(program) is None:
+    def _found(self, program: str) -> str:
+        """What runs, from anywhere."""
+        found = which(program)
+        if found is None:
             package = self.packages.get(program.rsplit("/", 1)[-1], program)
             message = f"`{program[:60]}` is not installed, and the image cannot be verified without it"
             raise DiagnosticError(Diagnostic(MISSING, message, hint=f"install {package}, as your system calls it"))
+        return str(Path(found).absolute())
 
 
 def on_computer(wanted: Wanted) -> Bench:
@@ -126,19 +137,34 @@ def _write(folder: Path, image: Image, texts: tuple[str, str]) -> None:
         (folder / f"{image.prefix}.{ending}").write_text(text, encoding="utf-8")
 
 
-def _done(command: Sequence[str], folder: Path, what: str = "") -> subprocess.CompletedProcess[str]:
+def _done(command: Sequence[str], what: str) -> Ended:
     try:
-        return subprocess.run(  # noqa: S603 - the commands that the user named, without a shell
-            command, cwd=folder, capture_output=True, text=True, errors="replace", check=False, timeout=SECONDS
-        )
-    except subprocess.TimeoutExpired:
-        raise _failed(f"{what or command[0]} takes more than {SECONDS} seconds") from None
+        return ended(command, SECONDS)
+    except TimeoutError:
+        raise _failed(f"{what} takes more than {SECONDS} seconds") from None
+    except OverflowError:
+        raise _failed(f"{what} writes more than {MOST >> 20} MiB") from None
     except OSError as error:
-        raise _failed(f"{what or command[0]} cannot be run: {error.strerror}") from None
+        raise _failed(f"{what} cannot be run: {error.strerror}") from None
 
 
-def _failed(message: str) -> DiagnosticError:
-    return DiagnosticError(Diagnostic(FAILED, message))
+def _failed(message: str, hint: str = "") -> DiagnosticError:
+    return DiagnosticError(Diagnostic(FAILED, message, hint=hint or None))
+
+
+def _is_answer(harness: Harness, part: Part, lines: Sequence[tuple[str, list[int]]], code: int) -> bool:
+    """Whether this is the one answer that a program with these vectors may give."""
+    answers = [(word, numbers) for word, numbers in lines if word in NUMBERS]
+    if len(answers) != 1 or len(answers[0][1]) != NUMBERS[answers[0][0]]:
+        return False
+    word, numbers = answers[0]
+    if word == "ok":
+        return code == 0 and numbers[0] == sum(part.steps)
+    if word == "differs":
+        run, step, number, *values = numbers
+        known = number < len(harness.names) or number == harness.last
+        return run < len(part.runs) and step <= part.steps[run] and known and values[0] != values[1]
+    return True
 
 
 def _difference(harness: Harness, part: Part, told: Sequence[int]) -> Difference:

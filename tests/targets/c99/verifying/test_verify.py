@@ -248,6 +248,53 @@ def test_an_image_that_does_not_end_or_answer_is_told(small, monkeypatch):
         on_gcc("-w").run(small, (header, stuck), vectors)
 
 
+LIARS = [
+    ("echo ok 00000000; exit 1", "ok 00000000"),
+    ("echo ok ffffffff", "ok ffffffff"),
+    ("echo ok ff", "ok ff"),
+    ("echo ok", "ok"),
+    ("echo differs", "differs"),
+    ("echo differs ffffff ffffff 0 0 0", "differs ffffff"),
+    ("echo differs 00ffffff 00ffffff 00000000 00000000 00000001", "differs 00ffffff"),
+    ("echo differs 00000000 00000001 00000063 00000000 00000001", "00000063"),
+    ('"$1"; exit 3', "exit code 3"),
+    ('"$1"; "$1"', "ok 0"),
+    ("exit 0", "it gave no answer, exit code 0"),
+    ("yes", "writes more than 16 MiB"),
+]
+
+
+@needs_gcc
+@pytest.mark.slow
+@pytest.mark.parametrize(("script", "told"), LIARS)
+def test_an_emulator_that_does_something_else_is_not_believed(script, told, small, tmp_path):
+    emulator = tmp_path / "emulator"
+    emulator.write_text(f"#!/bin/sh\n{script}\n")
+    emulator.chmod(0o755)
+    vectors = drawn(small.program, "ringlet", sequences=1, steps=3)
+    with pytest.raises(DiagnosticError) as caught:
+        on_computer(Wanted("none", emulator=str(emulator))).run(small, texts(small), vectors)
+    (found,) = caught.value.diagnostics
+    assert found.code == "E509"
+    assert told in found.message
+
+
+@needs_gcc
+@pytest.mark.slow
+def test_words_of_the_commands_name_files_where_the_user_is(small, tmp_path, monkeypatch):
+    for name, text in (("cc", 'exec gcc "$@"'), ("emu", 'test -f "$1" && exec "$2"')):
+        (tmp_path / name).write_text(f"#!/bin/sh\n{text}\n")
+        (tmp_path / name).chmod(0o755)
+    (tmp_path / "include").mkdir()
+    (tmp_path / "include" / "before.h").write_text("#define BEFORE 1\n")
+    monkeypatch.chdir(tmp_path)
+    wanted = Wanted("none", compiler="./cc -I include -include before.h", emulator="./emu cc")
+    vectors = drawn(small.program, "ringlet", sequences=1, steps=3)
+    ran = on_computer(wanted).run(small, texts(small), vectors)
+    assert (ran.steps, ran.difference) == (3, None)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["cc", "emu", "include"]
+
+
 def test_written_images_are_those_that_are_verified(small, tmp_path):
     write(small, tmp_path)
     assert (tmp_path / "small.c").read_text() == texts(small)[1]
