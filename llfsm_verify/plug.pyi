@@ -152,6 +152,7 @@ from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.targets import PINS as WRONG_PINS
 from llfsm_verify.targets import TICK as WRONG_TICK
 from llfsm_verify.targets.c99.blocks import comment as c_comment
+from llfsm_verify.targets.c99.blocks import titled as c_title
 from llfsm_verify.targets.c99.image import MARK as C_MARK
 from llfsm_verify.targets.c99.image import Image as CImage
 from llfsm_verify.targets.c99.names import Field as CField
@@ -354,6 +355,7 @@ __all__ = [
     "bad_prefixes_of",
     "c_comment",
     "c_number",
+    "c_title",
     "cell_text",
     "claim_of",
     "compose",

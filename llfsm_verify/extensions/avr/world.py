@@ -19,6 +19,7 @@ from llfsm_verify.plug import CImage as Image
 from llfsm_verify.plug import TargetWanted as Wanted
 from llfsm_verify.plug import c_comment as comment
 from llfsm_verify.plug import c_number as written
+from llfsm_verify.plug import c_title as titled
 
 
 def avr(image: Image, wanted: Wanted, /) -> Made:
@@ -92,7 +93,7 @@ class _Main:
             text = text.replace(f"@{name}@\n", "".join(f"    {line}\n" for line in lines))
         text = text.replace("@COUNTS@", str(timer.counts)).replace("@PRESCALER@", PRESCALERS[timer.prescaler])
         text = text.replace("@DIVIDED@", str(timer.prescaler)).replace("NAME", self._image.prefix)
-        return f"{comment(f'{self._image.program.name}. {MARK}')}\n{text}"
+        return f"{comment(titled(self._image.program.name, MARK))}\n{text}"
 
     def _tick(self, interrupts: int) -> list[str]:
         count = ["if (due < UINT8_MAX) {", "    due++;", "}"]
@@ -244,7 +245,7 @@ def readme(image: Image, chip: Chip, wires: Mapping[str, Wire]) -> str:
     """How to compile and to use it."""
     watched = "" if image.monitors is None else " So it is where a monitor says that its property is violated."
     rows = "\n".join(f"| `{name}` | {wire} |" for name, wire in wires.items())
-    return f"""# {image.program.name}. {MARK}
+    return f"""# {titled(image.program.name, MARK)}
 
     make
     make flash PROGRAMMER=usbasp

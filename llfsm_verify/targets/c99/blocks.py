@@ -40,6 +40,7 @@ from llfsm_verify.semantics.bits import common_bits
 from llfsm_verify.targets.c99.names import EVENTS, KEPT, Names, identifier
 from llfsm_verify.targets.c99.numbers import BITS, KINDS, PROMOTED, RAW, WIDE, Number, holds, kind_of, literal, written
 from llfsm_verify.targets.c99.reading import readable
+from llfsm_verify.targets.c99.texts import WIDTH
 
 T = TypeVar("T")
 Work = Generator[Any, Any, T]
@@ -69,9 +70,26 @@ def performed(work: Work[T]) -> T:
                 return given  # type: ignore[no-any-return]
 
 
+_UNSEEN = re.compile(
+    "[\\x00-\\x1f\\x7f-\\x9f\\u061c\\u200b-\\u200f\\u2028-\\u202e\\u2060-\\u206f\\ud800-\\udfff\\ufeff]"
+)
+"""Controls, marks of direction, and halves of characters."""
+
+
+def one_line(text: str) -> str:
+    """A text as one line, with `?` for what cannot be seen and what turns the direction of what follows."""
+    return _UNSEEN.sub("?", " ".join(text.split()))
+
+
+def titled(name: str, mark: str) -> str:
+    """A name, cut where it is long, and a mark: a comment of them is not broken, so the mark is in the first line."""
+    line = one_line(name)
+    return f"{line if len(comment(line)) <= WIDTH - len(f'. {mark}') else f'{line[:28]}…'}. {mark}"
+
+
 def comment(text: str) -> str:
     """A comment of one line, whatever the text is."""
-    plain = " ".join(text.split()).replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?").rstrip("\\")
+    plain = one_line(text).replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?").rstrip("\\")
     return f"/* {plain} */"
 
 

@@ -13,7 +13,7 @@ from llfsm_verify.diagnostics import Span
 from llfsm_verify.program.program import Block, EventKind, Int, Process, Program, Slot, Type
 from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.semantics.operators import OPERATOR
-from llfsm_verify.targets.c99.blocks import BlockText, comment, has_code
+from llfsm_verify.targets.c99.blocks import BlockText, comment, has_code, titled
 from llfsm_verify.targets.c99.monitors import Monitors
 from llfsm_verify.targets.c99.names import EVENTS, Field, Names, identifier
 from llfsm_verify.targets.c99.numbers import stored_as, written
@@ -86,7 +86,7 @@ class Image:
         p, guard = self.prefix, f"{self.prefix.upper()}_H"
         free = any(v.free for v in self.program.vars)
         parts = [
-            f"{comment(f'{self.program.name}. {MARK}')}",
+            comment(titled(self.program.name, MARK)),
             *([comment(f"From {self.meaning.source}.")] if self.meaning.source else []),
             f"#ifndef {guard}\n#define {guard}\n\n#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n",
             '#ifdef __cplusplus\nextern "C" {\n#endif\n',
@@ -202,7 +202,7 @@ class Image:
         self._functions.clear()
         step = self._step()
         parts = [
-            comment(f"{self.program.name}. {MARK}"),
+            comment(titled(self.program.name, MARK)),
             f'#include "{p}.h"\n',
             runtime("".join(f.text for f in self._functions)),
             *(f.text for f in self._functions),

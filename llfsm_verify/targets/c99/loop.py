@@ -27,7 +27,7 @@ from llfsm_verify.runtime.live.frame import FrameLayout
 from llfsm_verify.runtime.live.text import largest_entry
 from llfsm_verify.runtime.recording.file import HEAD, MAGIC, PAGE
 from llfsm_verify.semantics.operators import OPERATOR
-from llfsm_verify.targets.c99.blocks import comment
+from llfsm_verify.targets.c99.blocks import comment, titled
 from llfsm_verify.targets.c99.image import MARK, Image
 from llfsm_verify.targets.c99.names import Field
 from llfsm_verify.targets.c99.numbers import unsigned64
@@ -57,7 +57,7 @@ PIECE = 96
 def loop_files(image: Image, header: dict[str, Json]) -> dict[str, str]:
     """NAME_loop.h and NAME_loop.c. `header`: that of its recordings (`runtime.recording.origin.header_of`)."""
     p = image.prefix
-    first = comment(f"{image.program.name}. {MARK}")
+    first = comment(titled(image.program.name, MARK))
     head = text_of("loop.h", image).replace("GUARD", p.upper())
     if all(field.group != "outputs" for field in image.names.fields.values()):
         head = head.replace(

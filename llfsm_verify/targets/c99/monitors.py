@@ -20,7 +20,7 @@ from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.program.program import Expr, Get
 from llfsm_verify.program.trees import constant_of, nodes
 from llfsm_verify.targets import LEAVES_64
-from llfsm_verify.targets.c99.blocks import BlockText, comment
+from llfsm_verify.targets.c99.blocks import BlockText, comment, titled
 from llfsm_verify.targets.c99.names import Names, alone, identifier
 from llfsm_verify.targets.c99.texts import runtime
 from llfsm_verify.targets.monitors import OnBoard, Watched
@@ -138,7 +138,7 @@ class Monitors:
         }  # fmt: skip
         made = re.sub("|".join(parts), lambda found: parts[found[0]], text)
         header, source = made.split("/* @source */\n")
-        first = comment(f"{program.name}. {mark}") + "\n"
+        first = comment(titled(program.name, mark)) + "\n"
         return {f"{p}_monitors.h": first + header, f"{p}_monitors.c": first + source}
 
     def _tables(self) -> Iterator[str]:

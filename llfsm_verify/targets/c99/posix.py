@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from llfsm_verify.program.program import Int, Type
 from llfsm_verify.runtime.recording.origin import header_of
-from llfsm_verify.targets.c99.blocks import comment
+from llfsm_verify.targets.c99.blocks import comment, titled
 from llfsm_verify.targets.c99.image import MARK, Image
 from llfsm_verify.targets.c99.loop import fault_texts, free_fields, loop_files, quoted, text_of
 from llfsm_verify.targets.c99.numbers import stored_as
@@ -115,7 +115,7 @@ POSIX = World(posix, counts=True)
 def program(image: Image) -> str:
     """NAME_main.c."""
     head, body = _HEAD.replace("NAME", image.prefix).replace("ROOM", str(_room(image))), text_of("posix.c", image)
-    return "\n".join([comment(f"{image.program.name}. {MARK}"), head, *_properties(image), *_tables(image), body])
+    return "\n".join([comment(titled(image.program.name, MARK)), head, *_properties(image), *_tables(image), body])
 
 
 def makefile(image: Image) -> str:
@@ -125,7 +125,7 @@ def makefile(image: Image) -> str:
     monitors = "" if image.monitors is None else f" {p}_monitors"
     both = f"{p}.c {p}_loop.c{monitors}{'.c' * bool(monitors)}"
     headers = f"{p}.h {p}_loop.h{monitors}{'.h' * bool(monitors)}"
-    return f"""# {image.program.name}. {MARK}
+    return f"""# {titled(image.program.name, MARK)}
 CFLAGS = -O2
 STRICT = -std=c99 -Wall -Wextra -Wpedantic -Wconversion
 
@@ -154,7 +154,7 @@ def readme(image: Image) -> str:
         shown = f'{{"{choice.name}": {quoted(value) if choice.labels else value}}}'
     readme = _README + ("" if image.monitors is None else _MONITORED)
     text = readme.replace("NAME", p).replace("SHOWN", shown).replace("PERIOD", period)
-    return f"# {image.program.name}. {MARK}\n\n{text}"
+    return f"# {titled(image.program.name, MARK)}\n\n{text}"
 
 
 def _tables(image: Image) -> Iterator[str]:

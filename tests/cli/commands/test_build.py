@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from llfsm_verify.targets.c99.image import MARK
 from llfsm_verify.targets.target import TARGETS
 from tests.cli.running import llfsm
+from tests.outside import needs
 from tests.targets.c99.compiled import STRICT, compile_strictly, needs_gcc
 
 OVEN = "models/microwave/arrangement.yaml"
@@ -176,3 +178,31 @@ def test_every_target_says_for_which_worlds_it_is_and_marks_its_files(name):
     target = TARGETS.load(name)
     assert target.worlds
     assert re.search("llfsm build", target.mark)
+
+
+@needs("make")
+@pytest.mark.parametrize("world", ["posix", "avr"])
+def test_a_name_is_one_line_of_each_file_and_names_no_command_of_make(world, tmp_path):
+    (tmp_path / "a.yaml").write_text(
+        'name: "x\\n$(shell touch PWNED)\\n\\u2028$(shell touch PWNED)\\n\\u001b[2J\\u202e#\\\\"\ncycle_ms: 10\n'
+        + MACHINE
+    )
+    (tmp_path / "pins.yaml").write_text("pins: {}\n")
+    made = tmp_path / "made"
+    assert said(str(tmp_path / "a.yaml"), "--target", "c", "--for", world, "-o", str(made))[0] == 0
+    subprocess.run(["make", "-n", "CC=cc"], cwd=made, capture_output=True, check=True)
+    assert not (made / "PWNED").exists()
+    for path in made.iterdir():
+        text = path.read_text()
+        assert MARK in text.splitlines()[0]
+        assert not re.search("[\x00-\x08\x0b-\x1f\x7f\u2028\u202e]", text), path
+
+
+@pytest.mark.parametrize("world", ["none", "posix", "avr"])
+@pytest.mark.parametrize("name", ["é" * 1200, "*/" * 60, "é" * 70], ids=["longest", "slashes", "long"])
+def test_files_of_a_long_name_are_written_again(world, name, tmp_path):
+    (tmp_path / "a.yaml").write_text(f"name: '{name}'\ncycle_ms: 10\n" + MACHINE)
+    (tmp_path / "pins.yaml").write_text("pins: {}\n")
+    for _ in range(2):
+        words = ("--target", "c", "--for", world, "-o", str(tmp_path / "made"))
+        assert said(str(tmp_path / "a.yaml"), *words)[2] == ""
