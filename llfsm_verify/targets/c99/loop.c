@@ -136,6 +136,16 @@ static int begin_recording(loop *l, const char *path)
     if (l->file < 0) {
         return errno;
     }
+    if (l->file <= STDERR_FILENO) { /* which was closed: others may write there */
+        const int low = l->file;
+        l->file = fcntl(low, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+        error = l->file < 0 ? errno : 0;
+        (void)close(low);
+        if (error != 0) {
+            (void)unlink(path);
+            return error;
+        }
+    }
     (void)flock(l->file, LOCK_EX | LOCK_NB); /* so that readers see that it goes on */
     error = reserve(l);
     for (i = 0; error == 0 && i < sizeof header / sizeof header[0]; i++) {

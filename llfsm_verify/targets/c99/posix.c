@@ -471,6 +471,18 @@ static uint64_t count_of(const char *word)
     return *word == '\0' ? found : 0;
 }
 
+/* A standard file that is closed becomes /dev/null: no other file is to be opened in its place. */
+static bool open_files(void)
+{
+    int file;
+    for (file = STDIN_FILENO; file <= STDERR_FILENO; file++) {
+        if (fcntl(file, F_GETFD) < 0 && open("/dev/null", O_RDWR) != file) {
+            return false;
+        }
+    }
+    return true;
+}
+
 int main(int count, char **words)
 {
     static program context;
@@ -480,6 +492,10 @@ int main(int count, char **words)
     struct sigaction action;
     int error;
     int i;
+    if (!open_files()) {
+        fprintf(stderr, "/dev/null: %s\n", strerror(errno));
+        return 3;
+    }
     memset(&options, 0, sizeof options);
     options.stop = &stopping;
     for (i = 1; i < count; i++) {

@@ -19,6 +19,7 @@ _HEAD = """\
 #include "NAME_loop.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <inttypes.h>
 #include <limits.h>
 #include <poll.h>
@@ -64,7 +65,7 @@ burst.
 Its standard input takes values of inputs, such as `SHOWN`, one object a line; they hold until the next. A
 cycle takes at most 4096 bytes of it. It prints an object where outputs have changed. No cycle waits for who reads that:
 where a pipe is full, the line that it does not take waits, later ones are left out, and the newest outputs are printed
-once there is room (with `--lines` a cycle waits).
+once there is room (with `--lines` a cycle waits). A standard file that is closed is as `/dev/null`.
 
 On SIGTERM, SIGINT and SIGHUP, and after a fault, outputs get their safe values, which are printed with the reason. They
 wait a second for room. Standard error then says how late cycles began, in nanoseconds.

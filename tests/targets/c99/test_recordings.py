@@ -7,6 +7,7 @@ import json
 import os
 import re
 import resource
+import shutil
 import signal
 import subprocess
 from collections import Counter
@@ -66,6 +67,16 @@ def fixed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "a.yaml").write_text(NEVER)
     written(str(folder / "a.yaml"), folder)
     return compiled(folder, *SAFE)
+
+
+@pytest.fixture(scope="module")
+def made_to_embed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A program of a user's own around the library; it prints."""
+    folder = tmp_path_factory.mktemp("embedded")
+    written(LIFT, folder)
+    (folder / "lift_main.c").unlink()
+    shutil.copy(Path(__file__).parent / "embedding.c", folder)
+    return compiled(folder)
 
 
 def program_of(path: str) -> Program:
@@ -321,6 +332,22 @@ def test_a_program_that_is_killed_leaves_its_complete_cycles(folders: dict[str, 
     again = replayed(path)
     assert again.same and again.frames in (20, 21)
     assert again.sentence.endswith("and then nothing: the process was killed")
+
+
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&-", "<&- >&- 2>&-"])
+def test_closed_standard_files_leave_a_recording_whole(
+    closed: str, folders: dict[str, Path], tmp_path: Path, made_to_embed: Path
+) -> None:
+    path = tmp_path / "r"
+    command = ["sh", "-c", f'exec "$0" "$@" {closed}']
+    words = [*command, folders[EVERYTHING] / "program", "--cycles", "5", "--record", path]
+    done = subprocess.run(words, input="[]\n", capture_output=True, text=True, check=True)
+    assert done.stderr.count("refused") == (closed == ">&-")
+    assert replayed(path).sentence == "7 frames, the same bit for bit, and then stopped"
+    if closed == ">&-":
+        path.unlink()
+        subprocess.run([*command, made_to_embed, path], check=True)
+        assert (replayed(path).same, replayed(path).frames) == (True, 22)
 
 
 def test_a_full_disk_ends_the_recording_and_not_the_run(tmp_path: Path) -> None:
