@@ -24,8 +24,7 @@ def field_names(program: Program) -> tuple[str, ...]:
 
 def record_of(execution: Execution, record: bytes) -> tuple[int, ...]:
     """The values of `field_names`."""
-    layout = execution.layout
-    values = layout.decode(record) | layout.decode_outputs(record)
+    values = execution.layout.decode_record(record)
     flat: list[int] = []
     for var in execution.program.vars:
         value = values[var.name]

@@ -10,14 +10,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import prod
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from llfsm_verify.analysis.coverage.goals import goals_of
 from llfsm_verify.analysis.coverage.measure import MAX_STATES, Performer, reachable_way, told
 from llfsm_verify.analysis.coverage.running import ended, field_names, performed
 from llfsm_verify.analysis.coverage.vectorfile import program_hash
 from llfsm_verify.analysis.coverage.vectors import Sequence as Run
-from llfsm_verify.analysis.coverage.vectors import Vectors
+from llfsm_verify.analysis.coverage.vectors import Unit, Vectors
 from llfsm_verify.analysis.lint.reach import Reach
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.replay.execution import Execution
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-Unit = Literal["ringlet", "cycle"]
 MOST_TOGETHER = 1 << 10
 """Values of all inputs that are held, together, that are all tried."""
 MOST_VALUES = 64

@@ -10,11 +10,11 @@ import hashlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 from llfsm_verify.analysis.coverage import BAD_VECTORS
 from llfsm_verify.analysis.coverage.vectors import Sequence as Run
-from llfsm_verify.analysis.coverage.vectors import Vectors
+from llfsm_verify.analysis.coverage.vectors import Unit, Vectors
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.fileformat import FORMAT, judge_format
 from llfsm_verify.files import read_regular
@@ -109,7 +109,7 @@ class _Reader:
         unit = found["unit"]
         if unit not in ("ringlet", "cycle"):
             raise self._other("`unit`", '"ringlet" or "cycle"')
-        known: Literal["ringlet", "cycle"] = "ringlet" if unit == "ringlet" else "cycle"
+        known: Unit = "ringlet" if unit == "ringlet" else "cycle"
         inputs, fields = self._names(found["inputs"], "`inputs`"), self._names(found["fields"], "`fields`")
         program = found["program"]
         if not isinstance(program, str):

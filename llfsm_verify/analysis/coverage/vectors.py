@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+Unit = Literal["ringlet", "cycle"]
+
 
 @dataclass(frozen=True, slots=True)
 class Sequence:
@@ -27,7 +29,7 @@ class Vectors:
 
     program: str
     """A hash of the program, without which records mean nothing."""
-    unit: Literal["ringlet", "cycle"]
+    unit: Unit
     inputs: tuple[str, ...]
     fields: tuple[str, ...]
     sequences: tuple[Sequence, ...]

@@ -8,17 +8,16 @@ from dataclasses import dataclass
 from itertools import product
 from math import prod
 from random import Random
-from typing import Literal
 
+from llfsm_verify.analysis.coverage.running import ended, fault_of, field_names, record_of
 from llfsm_verify.analysis.coverage.vectorfile import program_hash
 from llfsm_verify.analysis.coverage.vectors import Sequence as Steps
-from llfsm_verify.analysis.coverage.vectors import Vectors
-from llfsm_verify.backends.native.executor import ENDED, OVERFLOW, NativeProgram
+from llfsm_verify.analysis.coverage.vectors import Unit, Vectors
+from llfsm_verify.backends.native.executor import ENDED
+from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live.plan import starting_values
-from llfsm_verify.values import element_names
 
-Unit = Literal["ringlet", "cycle"]
 Row = tuple[int, ...]
 
 
@@ -48,7 +47,7 @@ def drawn(program: Program, unit: Unit, seed: int = 1, sequences: int = 10, step
                 break
             taken.append((row, after))
             if status:
-                fault = _fault(status)
+                fault = fault_of(status)
                 break
             record = after
         made.append(run.sequence(taken, fault))
@@ -83,16 +82,13 @@ def _drawn(random: Random, low: int, high: int) -> int:
     return random.choice((low, high, min(high, low + 1), near, random.randint(low, high)))
 
 
-def _fault(status: int) -> int:
-    return -2 if status == OVERFLOW else status
-
-
 class _Run:
     """Steps of a program, and what vectors tell of them."""
 
     def __init__(self, program: Program, unit: Unit) -> None:
         self._program, self._unit = program, unit
-        self._native = NativeProgram(program)
+        self._execution = Execution(program)
+        self._native = self._execution.native
         self._names = [c.name for c in program.choices]
         held = starting_values(program)
         self.start: Row = tuple(held.get(c.name, c.type.low) for c in program.choices)
@@ -101,7 +97,7 @@ class _Run:
     def step(self, record: bytes, row: Row) -> tuple[int, bytes]:
         """The status, and the record after it (before it, where it is a fault)."""
         choices = dict(zip(self._names, row, strict=True))
-        if not self._native.enabled(record):
+        if ended(self._execution, record):
             return ENDED, record
         if self._unit == "ringlet":
             done = self._native.step(record, 0, choices)
@@ -124,12 +120,12 @@ class _Run:
                 if status == 0 and record not in numbers:
                     numbers[record] = len(records)
                     records.append(record)
-                found.append(_Edge(row, numbers[record] if status == 0 else -1, _fault(status) if status else 0))
+                found.append(_Edge(row, numbers[record] if status == 0 else -1, fault_of(status) if status else 0))
             edges.append(found)
         return records, edges
 
     def _ringlets(self, record: bytes) -> Iterator[tuple[int, bytes, Row]]:
-        if not self._native.enabled(record):
+        if ended(self._execution, record):
             return
         for edge in self._native.successors(record):
             read = dict(edge.samples)
@@ -152,16 +148,10 @@ class _Run:
 
     def sequence(self, taken: Sequence[tuple[Row, bytes]], fault: int, start: bytes | None = None) -> Steps:
         kept = taken[:-1] if fault else taken
-        records = tuple(self._record(record) for _, record in kept)
-        return Steps(tuple(row for row, _ in taken), records, fault, () if start is None else self._record(start))
-
-    def _record(self, record: bytes) -> Row:
-        values, found = self._native.layout.decode_record(record), list[int]()
-        for var in self._program.vars:
-            value = values[var.name]
-            found += value if isinstance(value, tuple) else (value,)
-        return tuple(found)
+        records = tuple(record_of(self._execution, record) for _, record in kept)
+        begin = () if start is None else record_of(self._execution, start)
+        return Steps(tuple(row for row, _ in taken), records, fault, begin)
 
     def vectors(self, sequences: Sequence[Steps]) -> Vectors:
-        fields = tuple(name for var in self._program.vars for name in element_names(var))
+        fields = field_names(self._program)
         return Vectors(program_hash(self._program), self._unit, tuple(self._names), fields, tuple(sequences))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from llfsm_verify.analysis.coverage.search import find_vectors
 from llfsm_verify.analysis.coverage.vectorfile import program_hash
-from llfsm_verify.analysis.coverage.vectors import Vectors
+from llfsm_verify.analysis.coverage.vectors import Unit, Vectors
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.limits import Limits
@@ -18,7 +18,7 @@ from llfsm_verify.targets.c99.image import Image
 from llfsm_verify.targets.c99.verifying import FAILED
 from llfsm_verify.targets.c99.verifying.harness import HIDDEN
 from llfsm_verify.targets.c99.verifying.run import Ran
-from llfsm_verify.targets.c99.verifying.vectors import Unit, all_steps, drawn
+from llfsm_verify.targets.c99.verifying.vectors import all_steps, drawn
 from llfsm_verify.targets.c99.worlds import WORLDS
 from llfsm_verify.targets.target import Made, Verified, Wanted
 

@@ -197,6 +197,17 @@ def test_an_image_with_monitors_is_verified_without_them_and_that_is_said(world,
 
 @needs_gcc
 @pytest.mark.slow
+@pytest.mark.parametrize("optimize", ["speed", "size"])
+def test_an_image_with_monitors_is_verified(optimize, path):
+    """Of its atoms one reads an input, which the image decides in its steps, and one does not."""
+    rules = ("-p", "low: G (shown < 299)", "-p", "goes: G (go -> shown < 299)")
+    code, out, err = said(path, "--target", "c", "--for", "none", "--optimize", optimize, *rules, "--verify")
+    assert (code, err) == (0, "")
+    assert re.search(r"^Verified on cc: \d+ ringlets and \d+ cycles, 0 differences\.$", out, LINES)
+
+
+@needs_gcc
+@pytest.mark.slow
 def test_vectors_of_a_file_are_run(path, tmp_path):
     file = tmp_path / "v.json"
 
