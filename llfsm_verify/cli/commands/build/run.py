@@ -53,6 +53,7 @@ def run(options: Namespace) -> int:
         Output().plain("".join(f"{line}\n" for line in (*made.promise, "")))
     if given.environment is not None:
         tell("note: the model of the surroundings is left out: the inputs that it wrote come from the world")
+    _tell_kept(arrangement)
     if options.output is not None:
         folder = Path(options.output)
         _refuse_others(folder, made.files, target.mark)
@@ -100,6 +101,15 @@ def _wanted(options: Namespace) -> Wanted:
         options.world, pins=options.pins, mcu=options.mcu, clock_hz=options.clock_hz, compiler=options.cc,
         emulator=options.emulator, optimize=options.optimize or optimum,
     )  # fmt: skip
+
+
+def _tell_kept(arrangement: Arrangement) -> None:
+    """Which outputs a fault leaves as they are."""
+    kept = [e.variable.name for e in arrangement.whiteboard if e.role == "output" and e.safe is None]
+    if len(kept) == 1:
+        tell(f"note: after a fault {kept[0]} keeps its value: it has no safe: value")
+    elif kept:
+        tell(f"note: after a fault {', '.join(kept)} keep their values: they have no safe: value")
 
 
 def _check_command(option: str, text: str, least: int) -> None:
