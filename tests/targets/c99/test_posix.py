@@ -218,6 +218,19 @@ def test_outputs_that_find_no_room_are_left_out_and_lines_stay_whole(counting, t
     assert (found[-1]["n"], found[-1]["end"]) == (999, "stopped")
 
 
+def test_a_reader_that_ignores_the_signal_of_all_gets_the_safe_values(counting):
+    """As the README of the lift as a daemon has it."""
+    command = ["sh", "-c", '"$0" < /dev/null | (trap "" TERM; exec cat)', counting]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, start_new_session=True
+    ) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        os.killpg(process.pid, signal.SIGTERM)
+        last = json.loads(process.stdout.read().splitlines()[-1])
+    assert (last["n"], last["end"]) == (999, "stopped")
+
+
 def test_it_ends_where_nobody_reads_on(made):
     command = [made(EVERYTHING), "--lines"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
