@@ -286,8 +286,8 @@ static bool take(reader *from, NAME_inputs *inputs, bool wait)
             wrong = from->skipping ? "more than 4095 characters" : read_line(from->text, inputs);
             if (wrong != NULL) {
                 char told[96];
-                const int size = snprintf(told, sizeof told, "refused: %s\n", wrong);
-                (void)put_bytes(STDERR_FILENO, told, (size_t)size, 0);
+                const int length = snprintf(told, sizeof told, "refused: %s\n", wrong);
+                (void)put_bytes(STDERR_FILENO, told, (size_t)length, 0);
             }
             from->skipping = false;
             from->used -= size;

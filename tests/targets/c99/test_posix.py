@@ -178,12 +178,15 @@ def full() -> tuple[int, int, bytes]:
     return reader, writer, b"." * size
 
 
-def wait_for_frames(record: Path) -> None:
+def wait_for_frames(record: Path, process: subprocess.Popen[bytes]) -> None:
     """Until a program has recorded some."""
-    size = 0
-    while size < 8:
+    for _ in range(6000):
         with contextlib.suppress(DiagnosticError), Recording(record) as recording:
-            size = sum(1 for _ in islice(recording, 8))
+            if sum(1 for _ in islice(recording, 8)) == 8:
+                return
+        time.sleep(0.01)
+    process.kill()
+    pytest.fail("its cycles do not go on")
 
 
 def test_a_signal_ends_it_where_standard_output_is_full(counting, tmp_path):
@@ -192,7 +195,7 @@ def test_a_signal_ends_it_where_standard_output_is_full(counting, tmp_path):
     command = [counting, "--record", str(tmp_path / "r")]
     with subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=writer, stderr=writer) as process:
         os.close(writer)
-        wait_for_frames(tmp_path / "r")
+        wait_for_frames(tmp_path / "r", process)
         process.terminate()
         assert process.wait(60) == 1
     assert os.read(reader, 1 << 20) == dots
@@ -205,7 +208,7 @@ def test_outputs_that_find_no_room_are_left_out_and_lines_stay_whole(counting, t
     command = [counting, "--record", str(tmp_path / "r")]
     with subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=writer, stderr=subprocess.PIPE) as process:
         os.close(writer)
-        wait_for_frames(tmp_path / "r")
+        wait_for_frames(tmp_path / "r", process)
         assert os.read(reader, len(dots)) == dots
         with os.fdopen(reader, "rb") as lines:
             found = [json.loads(lines.readline()), json.loads(lines.readline())]
