@@ -41,6 +41,16 @@ def with_branches(statement: If | Switch, change: Callable[[Block], Block]) -> S
     return Switch(statement.value, cases, change(statement.default))
 
 
+def without(block: Block, left_out: Callable[[Stmt], bool]) -> Block:
+    """The block without the statements, the inner ones too, that are left out."""
+    made = (
+        with_branches(s, lambda b: without(b, left_out)) if isinstance(s, If | Switch) else s
+        for s in block
+        if not left_out(s)
+    )
+    return tuple(made)
+
+
 def children(e: Expr) -> tuple[Expr, ...]:
     """The arguments of an expression."""
     match e:

@@ -36,7 +36,7 @@ from llfsm_verify.monitoring.properties import Monitored, Timing, monitor_proper
 from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
 from llfsm_verify.program.program import Block, Choice, Const, Expr, Get, If, Local, Program, Sample, Set, Stmt, Switch
 from llfsm_verify.program.terms import get
-from llfsm_verify.program.trees import nodes, rebuilt, with_branches
+from llfsm_verify.program.trees import nodes, rebuilt, with_branches, without
 from llfsm_verify.targets import ABSENT, TOO_LARGE
 
 LOOK_UP: Final = {"size": 24, "speed": 256}
@@ -128,7 +128,7 @@ def _apart(program: Program, monitors: tuple[OnBoard, ...]) -> Watched:
     """The atoms taken out of the program's steps. Those stay that read inputs, which no state has."""
     sampled = {a.output for a in program.atoms if any(isinstance(node, Local) for node in nodes(a.expression))}
     taken = {a.output for a in program.atoms} - sampled
-    letter = tuple(_without(program.letter, taken))
+    letter = without(program.letter, lambda s: isinstance(s, Set) and s.var in taken)
     program, letter = _one_choice_an_input(program, letter)
     atoms = {a.name: get(a.output, a.expression.type) if a.output in sampled else a.expression for a in program.atoms}
     first = {a.name: _at_first(program, a.expression) for a in program.atoms}
@@ -140,15 +140,6 @@ def _apart(program: Program, monitors: tuple[OnBoard, ...]) -> Watched:
         letter_stutter=(),
     )
     return Watched(program, monitors, atoms, first)
-
-
-def _without(block: Block, outputs: set[str]) -> Iterator[Stmt]:
-    """The block without what stores these outputs."""
-    for statement in block:
-        if isinstance(statement, If | Switch):
-            yield with_branches(statement, lambda inner: tuple(_without(inner, outputs)))
-        elif not (isinstance(statement, Set) and statement.var in outputs):
-            yield statement
 
 
 def _one_choice_an_input(program: Program, letter: Block) -> tuple[Program, Block]:

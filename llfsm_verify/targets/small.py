@@ -26,9 +26,8 @@ from llfsm_verify.program.program import (
     Set,
     Slot,
     Stmt,
-    Switch,
 )
-from llfsm_verify.program.trees import expressions, nodes, rebuilt, statements, with_branches
+from llfsm_verify.program.trees import expressions, nodes, rebuilt, statements, without
 from llfsm_verify.values import Value
 
 MOST_STEPS = 200_000
@@ -39,10 +38,10 @@ def smaller(program: Program, kept: Collection[str] = (), safe: Mapping[str, Val
     """The program for an image. `kept`: variables that somebody else reads; `safe`: values that a caller can give
     outputs between steps. Faults that it cannot meet are not checked any more, and keep their numbers (`unchecked`)."""
     never = _never_met(program, safe)
-    program = _changed(program, lambda block: _without(block, lambda s: isinstance(s, Fault) and s.fault in never))
+    program = _changed(program, lambda block: without(block, lambda s: isinstance(s, Fault) and s.fault in never))
     program = _with_turns(program)
     while unread := _unread(program, kept):
-        program = _changed(program, lambda block: _without(block, lambda s: isinstance(s, Set) and s.var in unread))
+        program = _changed(program, lambda block: without(block, lambda s: isinstance(s, Set) and s.var in unread))
         program = replace(program, vars=tuple(v for v in program.vars if v.name not in unread))
     return program
 
@@ -96,15 +95,6 @@ def _changed(program: Program, change: Callable[[Block], Block]) -> Program:
     )  # fmt: skip
     processes = tuple(replace(p, epilogue=change(p.epilogue)) for p in program.processes)
     return replace(program, slots=slots, processes=processes, letter=change(program.letter))
-
-
-def _without(block: Block, left_out: Callable[[Stmt], bool]) -> Block:
-    made = (
-        with_branches(s, lambda b: _without(b, left_out)) if isinstance(s, If | Switch) else s
-        for s in block
-        if not left_out(s)
-    )
-    return tuple(made)
 
 
 def _with_turns(program: Program) -> Program:
