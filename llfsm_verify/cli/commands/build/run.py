@@ -13,6 +13,7 @@ from pathlib import Path
 from llfsm_verify.analysis.coverage.vectorfile import read_vectors
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.cli.commands.build.arguments import PLAIN
+from llfsm_verify.cli.io.ending import ending_raises
 from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.opening import chosen, open_draft, read_properties, told
 from llfsm_verify.cli.parser import UsageError
@@ -65,7 +66,8 @@ def run(options: Namespace) -> int:
     if not options.verify or not isinstance(target, Verifying):
         return 0
     vectors = None if options.vectors is None else read_vectors(options.vectors)
-    verified = target.verify(arrangement, wanted, made, vectors)
+    with ending_raises():
+        verified = target.verify(arrangement, wanted, made, vectors)
     Output().plain("\n".join(verified.lines) + "\n")
     return 0 if verified.difference is None else 1
 

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import signal
-import threading
 import time
 from argparse import Namespace
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
-from types import FrameType
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, BinaryIO
 
 from llfsm_verify.checking.problem import Problem, bind
+from llfsm_verify.cli.io.ending import ending_raises
 from llfsm_verify.cli.io.files import ready, write_whole
 from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.io.progress import StatusLine
@@ -150,9 +147,6 @@ def _explore(arrangement: Arrangement, problem: Problem, options: Namespace, bud
 
 # ---------------- writing in portions: limits and progress between them, and never half a file under its name
 
-ENDING = ("SIGTERM", "SIGHUP")
-"""Signals that ask a process to end, where the system knows them."""
-
 
 def write(pieces: Iterable[str | bytes], output: str | None, check: Callable[[], None] = lambda: None) -> None:
     """Write all pieces to the file `output`, or to standard output (None, "-"); see `write_whole`.
@@ -172,7 +166,7 @@ def write(pieces: Iterable[str | bytes], output: str | None, check: Callable[[],
                 line.update(size)
                 check()
 
-    with _ending_raises():
+    with ending_raises():
         write_whole(portions, output, "E422", "the structure")
 
 
@@ -183,27 +177,6 @@ def _to_standard_output(pieces: Iterable[str | bytes], check: Callable[[], None]
         if out.closed:
             return
         check()
-
-
-@contextmanager
-def _ending_raises() -> Iterator[None]:
-    """Signals that would end the process at once raise SystemExit. Handlers of the caller's own stay as they are."""
-    changed = []
-    if threading.current_thread() is threading.main_thread():
-        for name in ENDING:
-            number = getattr(signal, name, None)
-            if number is not None and signal.getsignal(number) is signal.SIG_DFL:
-                signal.signal(number, _leave)
-                changed.append(number)
-    try:
-        yield
-    finally:
-        for number in changed:
-            signal.signal(number, signal.SIG_DFL)
-
-
-def _leave(number: int, _: FrameType | None) -> None:
-    raise SystemExit(128 + number)  # as shells count
 
 
 class _Line(StatusLine):
