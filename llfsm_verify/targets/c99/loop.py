@@ -68,8 +68,12 @@ def loop_files(image: Image, header: dict[str, Json]) -> dict[str, str]:
 
 
 def quoted(text: str) -> str:
-    """A string of C, which has no trigraphs."""
-    return json.dumps(text).replace("??", '?""?')
+    """A string of C: ASCII, without trigraphs, and with the bytes of all other characters."""
+    plain = "".join(
+        f"\\{byte:03o}" if not 32 <= byte < 127 else {34: '\\"', 92: "\\\\"}.get(byte, chr(byte))
+        for byte in text.encode("utf-8", "backslashreplace")
+    )
+    return f'"{plain}"'.replace("??", '?""?')
 
 
 def text_of(name: str, image: Image) -> str:

@@ -205,7 +205,7 @@ def _room(image: Image) -> int:
         widest = max((len(label.encode()) for label in field.var.origin.labels), default=0)
         for element in element_names(field.var) if field.group == "outputs" else ():
             line += len(element.encode()) + max(widest, 24) + 8
-    ends = max((6 * len(text.encode()) for text in fault_texts(image.program)), default=0)
+    ends = max((6 * len(text.encode("utf-8", "backslashreplace")) for text in fault_texts(image.program)), default=0)
     walks = () if image.monitors is None else image.monitors.walks
     return 2 * line + ends + sum(128 + len(quoted(walk.of.line.name)) for walk in walks)
 

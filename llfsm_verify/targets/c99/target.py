@@ -33,9 +33,12 @@ class _C99:
         image = _image(arrangement, wanted)
         files = {f"{image.prefix}.h": image.header(), f"{image.prefix}.c": image.source()}
         made = WORLDS.load(wanted.world).make(image, wanted)
-        if image.monitors is None:
-            return Made({**files, **made.files}, made.notes)
-        return Made({**files, **image.monitors.files(MARK), **made.files}, made.notes, tuple(image.monitors.promise))
+        monitors = {} if image.monitors is None else image.monitors.files(MARK)
+        promise = () if image.monitors is None else tuple(image.monitors.promise)
+        texts = {**files, **monitors, **made.files}
+        # A path need not be UTF-8, but what is written is.
+        escaped = {name: text.encode("utf-8", "backslashreplace").decode() for name, text in texts.items()}
+        return Made(escaped, made.notes, promise)
 
     def verify(self, arrangement: Arrangement, wanted: Wanted, made: Made, vectors: Vectors | None) -> Verified:
         """See `Target`."""

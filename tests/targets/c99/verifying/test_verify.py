@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +19,7 @@ from llfsm_verify.analysis.coverage.vectors import Vectors
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.targets.c99.image import Image
+from llfsm_verify.targets.c99.loop import quoted
 from llfsm_verify.targets.c99.target import image_for
 from llfsm_verify.targets.c99.verifying.harness import Harness
 from llfsm_verify.targets.c99.verifying.run import Bench, on_computer
@@ -304,6 +312,64 @@ def test_words_of_the_commands_name_files_where_the_user_is(small, tmp_path, mon
     ran = on_computer(wanted).run(small, texts(small), vectors)
     assert (ran.steps, ran.difference) == (3, None)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["cc", "emu", "include"]
+
+
+@needs_gcc
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_a_signal_ends_all_that_was_started_and_leaves_no_folder(number, code, path, tmp_path):
+    emulator, told, room = tmp_path / "emulator", tmp_path / "told", tmp_path / "room"
+    room.mkdir()
+    emulator.write_text(f"#!/bin/sh\nsleep 600 &\necho $$ $! > {told}.new; mv {told}.new {told}\nsleep 600\n")
+    emulator.chmod(0o755)
+    words = ("build", path, "--target", "c", "--for", "none", "--verify", "--emulator", str(emulator))
+    process = subprocess.Popen(
+        [sys.executable, "-m", "llfsm_verify", *words], env={**os.environ, "TMPDIR": str(room)},
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    while not told.exists():
+        assert process.poll() is None
+        time.sleep(0.02)
+    assert any(room.iterdir())
+    process.send_signal(number)
+    assert process.wait() == code
+    assert list(room.iterdir()) == []
+    for pid in map(int, told.read_text().split()):
+        while is_running(pid):  # it was sent SIGKILL, which cannot be ignored
+            time.sleep(0.02)
+
+
+def is_running(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+@needs_gcc
+@pytest.mark.slow
+@pytest.mark.parametrize("world", ["none", "posix"])
+def test_a_path_that_is_not_utf_8_is_escaped(world, tmp_path):
+    folder = os.fsdecode(os.fsencode(tmp_path) + b"/d\xff")
+    Path(folder).mkdir()
+    file = Path(folder, os.fsdecode(b"f\xff.yaml"))
+    file.write_text(SMALL)
+    out = tmp_path / "out"
+    code, _, err = said(str(file), "--target", "c", "--for", world, "-o", str(out), "--verify")
+    assert (code, err) == (0, "")
+    assert r"f\udcff.yaml:13:66: A -> B when go */" in (out / "small.c").read_text(encoding="utf-8")
+    if world == "posix":
+        assert r"/f\\udcff.yaml:13:32: " in (out / "small_loop.c").read_text() + (out / "small_main.c").read_text()
+        program([out / name for name in ("small.c", "small_loop.c", "small_main.c")], out / "made")
+
+
+def program(files: Sequence[Path], made: Path) -> None:
+    words = ["gcc", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", *map(str, files), "-o", str(made)]
+    subprocess.run(words, check=True)
+
+
+def test_a_string_of_c_has_the_bytes_of_all_characters():
+    assert quoted('a"\\b??/\n\x01é\U0001f600\udcff') == (r'"a\"\\b?""?/\012\001\303\251\360\237\230\200\\udcff"')
 
 
 def test_written_images_are_those_that_are_verified(small, tmp_path):
