@@ -67,6 +67,8 @@ def _decide(recording: Recording, options: Namespace) -> int:
     with compared(recording):
         found = check(arrangement, lines, recording)
     tell(*(f"note: {note}" for note in recording.notes))
+    if recording.damaged is not None:
+        tell(f"{recording.path}: damaged after what was decided on: {recording.damaged}")
     allowed = options.allow_undecided and recording.damaged is None
     return say_decided([(d, when_decided(d)) for d in found], allow_undecided=allowed)
 

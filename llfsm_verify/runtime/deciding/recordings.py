@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeVar
@@ -61,7 +62,9 @@ def check(arrangement: Arrangement, properties: PropertySet, recording: Recordin
     free = free_of(recording, code.program)
     watches = watches_of(problem, Watch)
     run = _Performed(program, code, tuple(free.items()), goes_on=recording.goes_on)
-    ended = run.run(performed(recording, code), watches)
+    turns = performed(recording, code)
+    ended = run.run(turns, watches)
+    deque(turns, 0)  # up to the end of the file, which may be damaged
     if ended and any(watch.verdict == "undecided" for watch in watches):
         run.letters = []
         run.run(performed(recording, code), ())  # once more: most recordings do not need their letters

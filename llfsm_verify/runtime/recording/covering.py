@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
@@ -17,7 +18,7 @@ from llfsm_verify.checking.replay.confirm import Misfit
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.runtime.live.plan import runnable
-from llfsm_verify.runtime.recording.file import Recording, is_recording
+from llfsm_verify.runtime.recording.file import Recording, Turn, is_recording
 from llfsm_verify.runtime.recording.origin import arrangement_of, code_of, free_of, loaded_into
 from llfsm_verify.runtime.recording.replay import Differs, ringlets
 from llfsm_verify.runtime.recording.replay import performed as performed_again
@@ -78,13 +79,25 @@ def _recorded(path: str, arrangement: Arrangement) -> Performer:
         if recording.goes_on:
             raise _uncounted(path, "the recording goes on with an earlier run, so it does not tell how that began")
         ran = arrangement_of(recording, lambda _: arrangement, arrangement.path)
-        code, performer = code_of(recording, ran), Performer(ran)
+        code, performer, frames = code_of(recording, ran), Performer(ran), 0
+
+        def counted() -> Iterator[Turn]:
+            nonlocal frames
+            for turn in performed_again(recording, code):
+                frames += 1
+                yield turn
+
         free = free_of(recording, performer.probed.program)
         try:
-            taken = ringlets(performed_again(recording, code), code, performer.probed.program)
+            turns = counted()
+            taken = ringlets(turns, code, performer.probed.program)
             performer.take(free.items(), (ringlet.move for ringlet in taken if ringlet.move.process is not None))
+            deque(turns, 0)  # up to the end of the file, which may be damaged
         except Differs as differs:
             raise _uncounted(path, f"the recording cannot be performed again: {differs}") from None
+        if recording.damaged is not None:
+            so_far = f"damaged after frame {frames:,}" if frames else "damaged"
+            raise _uncounted(path, f"the recording is {so_far}: {recording.damaged}")
     return performer
 
 

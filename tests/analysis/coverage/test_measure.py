@@ -15,6 +15,7 @@ from llfsm_verify.analysis.coverage.measure import coverage
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.limits import Limits
 from llfsm_verify.report.schema import SCHEMAS
+from llfsm_verify.runtime.recording.file import Recording
 from tests.cli.running import llfsm
 
 COUPLED = {
@@ -150,6 +151,28 @@ def test_runs_of_others_are_refused(tmp_path, monkeypatch):
     assert llfsm("run", "a.yaml", "--rate", "0", "--for", "1s", "--record", "a.rec").returncode == 0
     done = llfsm("coverage", "b.yaml", "a.rec")
     assert (done.returncode, "E520" in done.stderr) == (3, True)
+
+
+def test_damaged_recordings_are_refused_and_told(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write("a.yaml", COUPLED)
+    assert llfsm("run", "a.yaml", "--rate", "0", "--for", "1s", "--set", "x=9", "--record", "a.rec").returncode == 0
+    whole = Path("a.rec").read_bytes()
+    with Recording("a.rec") as recording:
+        frames = sum(1 for _ in recording)
+    Path("a.rec").write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
+    done = llfsm("coverage", "a.yaml", "a.rec")
+    assert (done.returncode, done.stdout) == (3, "")
+    assert (
+        f"error[E521]: the recording is damaged after frame {frames - 1}: the next frame is not the one" in done.stderr
+    )
+    done = llfsm("check-recording", "a.rec", "-p", "F m@A")
+    assert (done.returncode, "a.rec: damaged after what was decided on: the next frame" in done.stderr) == (0, True)
+    Path("a.rec").write_bytes(whole + b"more")
+    done = llfsm("coverage", "a.yaml", "a.rec")
+    assert (done.returncode, "something was appended to it" in done.stderr) == (3, True)
+    done = llfsm("check-recording", "a.rec", "-p", "F m@A")
+    assert (done.returncode, "something was appended to it" in done.stderr) == (0, True)
 
 
 @pytest.mark.slow
