@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -25,6 +26,7 @@ from llfsm_verify.program.program import Program
 KEYS: Final = ("vectors", "program", "unit", "inputs", "fields", "sequences")
 RUN_KEYS: Final = ("fault", "inputs", "records")
 MOST_BYTES: Final = 1 << 28
+BEGIN: Final = re.compile(rb'\s*\{\s*"vectors"\s*:')
 ANEW: Final = "write it again with `llfsm coverage ARRANGEMENT --vectors FILE`"
 
 
@@ -51,6 +53,14 @@ def vectors_text(vectors: Vectors) -> str:
 
 def _rows(rows: Sequence[Sequence[int]]) -> str:
     return "[" + ",\n  ".join(str(list(row)) for row in rows) + "]"
+
+
+def may_be_replaced(path: str | Path) -> bool:
+    """Whether nothing is there that a person has made: no regular file, or one of test vectors."""
+    try:
+        return BEGIN.match(read_regular(path, 64)) is not None
+    except (OSError, ValueError):
+        return not Path(path).is_file()
 
 
 def is_vectors(path: str | Path) -> bool:

@@ -156,3 +156,16 @@ def test_vectors_count_as_runs_and_changed_ones_do_not(tmp_path, monkeypatch):
     document["sequences"][0]["inputs"][0][0] = 99
     Path("b.json").write_text(json.dumps(document))
     assert "outside its range" in llfsm("coverage", "a.yaml", "b.json").stderr
+
+
+@pytest.mark.parametrize("text", ["notes: mine\n", '{"name": "a"}', "{}", ""])
+def test_a_file_of_another_kind_is_not_replaced(tmp_path, monkeypatch, text):
+    monkeypatch.chdir(tmp_path)
+    write("a.yaml", COUPLED)
+    Path("mine.json").write_text(text)
+    done = llfsm("coverage", "a.yaml", "--vectors", "mine.json")
+    assert (done.returncode, done.stdout, Path("mine.json").read_text()) == (3, "", text)
+    assert "mine.json: error[E523]: this file is not one of test vectors" in done.stderr
+    Path("mine.json").write_text(vectors_text(SMALL))
+    assert llfsm("coverage", "a.yaml", "--vectors", "mine.json").returncode == 0
+    assert read_vectors("mine.json") != SMALL

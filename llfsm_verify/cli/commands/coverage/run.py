@@ -9,13 +9,14 @@ from llfsm_verify.analysis.coverage import UNWRITABLE
 from llfsm_verify.analysis.coverage.measure import coverage
 from llfsm_verify.analysis.coverage.result import Run
 from llfsm_verify.analysis.coverage.search import Found, find_vectors
-from llfsm_verify.analysis.coverage.vectorfile import vectors_text
+from llfsm_verify.analysis.coverage.vectorfile import may_be_replaced, vectors_text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.cli.drawing_format import drawing_format
 from llfsm_verify.cli.io.files import ready, ready_beside, write_whole
 from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.opening import limits_of, open_arrangement
 from llfsm_verify.cli.parser import UsageError
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.limits import Limits
 from llfsm_verify.report.drawing import UNWRITABLE as NOT_DRAWN
 from llfsm_verify.report.drawing.covered import coverage_graph
@@ -40,6 +41,7 @@ def run(options: Namespace) -> int:
     if options.vectors is not None:
         ready(given, None, options.vectors, (UNWRITABLE, UNWRITABLE), WHAT)
         ready_beside(options.traces, options.vectors, UNWRITABLE, WHAT)
+        _refuse_others(options.vectors)
     drawing = drawing_format(None, options.draw)
     ready(given, None, options.draw, (NOT_DRAWN, NOT_DRAWN), "the drawing")
     ready_beside(options.traces, options.draw, NOT_DRAWN, "the drawing")
@@ -58,6 +60,13 @@ def run(options: Namespace) -> int:
     output = Output(options.color, options.width)
     output.write(REPORTS.coverage.load(options.format)(found, arrangement, Style()))
     return found.exit_code
+
+
+def _refuse_others(output: str) -> None:
+    """DiagnosticError (E523): a file is there that is not one of vectors."""
+    if output != "-" and not may_be_replaced(output):
+        message = f"this file is not one of test vectors, and {WHAT} would replace it"
+        raise DiagnosticError(Diagnostic(UNWRITABLE, message, hint="name another file, or remove it", file=output))
 
 
 def _vectors(given: Arrangement, timed: Arrangement, cycle_ms: Fraction | None, unit: str, limits: Limits) -> Found:
