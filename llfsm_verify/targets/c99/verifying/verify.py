@@ -11,7 +11,7 @@ from llfsm_verify.analysis.coverage.vectors import Unit, Vectors
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.limits import Limits
-from llfsm_verify.program.program import Program
+from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Int, Program, Type
 from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.targets.c99.image import Image
@@ -21,6 +21,7 @@ from llfsm_verify.targets.c99.verifying.run import Ran
 from llfsm_verify.targets.c99.verifying.vectors import all_steps, drawn
 from llfsm_verify.targets.c99.worlds import WORLDS
 from llfsm_verify.targets.target import Made, Verified, Wanted
+from llfsm_verify.values import element_names
 
 SEARCHED = 20_000
 """Configurations in the search for vectors."""
@@ -41,9 +42,8 @@ def verify(means: Means, wanted: Wanted, made: Made, vectors: Vectors | None) ->
     """See `Target`."""
     image, program = means.image, means.program
     where = WORLDS.load(wanted.world).bench(wanted)
-    if vectors is not None and vectors.program != program_hash(lower(means.arrangement, keep_all_bits=True)):
-        message = "the vectors are of another program"
-        raise DiagnosticError(Diagnostic(FAILED, message, hint="make them again from this arrangement"))
+    if vectors is not None:
+        _check(vectors, lower(means.arrangement, keep_all_bits=True))
     lost = [v.name for v in program.vars if v.origin.kind not in HIDDEN and v.name not in image.names.fields]
     if lost:
         raise DiagnosticError(Diagnostic(FAILED, f"the image does not store {', '.join(lost)}"))
@@ -61,6 +61,36 @@ def verify(means: Means, wanted: Wanted, made: Made, vectors: Vectors | None) ->
         call = f"{image.prefix}_monitors_step"
         lines.append(f"The monitors were not run: no verdict is compared, and no time has that of {call} in it.")
     return Verified((*lines, *where.costs(image, made, found)), None)
+
+
+def _check(vectors: Vectors, program: Program) -> None:
+    """DiagnosticError (E509): they are not of the program, or have what none of its runs has."""
+    wrong = (
+        "the vectors are of another program" if vectors.program != program_hash(program) else _wrong(vectors, program)
+    )
+    if wrong is not None:
+        raise DiagnosticError(Diagnostic(FAILED, wrong, hint="make them again from this arrangement"))
+
+
+def _wrong(vectors: Vectors, program: Program) -> str | None:
+    """What no image can be given, or has to tell."""
+    inputs: dict[str, Type] = {choice.name: choice.type for choice in program.choices}
+    fields = {name: var.type for var in program.vars for name in element_names(var)}
+    if vectors.inputs != tuple(inputs) or vectors.fields != tuple(fields):
+        return "the vectors have not the inputs and variables of the program"
+    if not any(sequence.inputs for sequence in vectors.sequences):
+        return "the vectors have no step"
+    for number, sequence in enumerate(vectors.sequences):
+        of = f"`sequences[{number}]`"
+        if sequence.fault > len(program.faults):
+            return f"{of} ends with fault {sequence.fault}, but the program has {len(program.faults)}"
+        for table, rows, kinds in ("inputs", sequence.inputs, inputs), ("records", sequence.records, fields):
+            bounds = [(k.low, k.high) if isinstance(k, Int) else (INT64_MIN, INT64_MAX) for k in kinds.values()]
+            for at, row in enumerate(rows):
+                for name, value, (low, high) in zip(kinds, row, bounds, strict=True):
+                    if not low <= value <= high:
+                        return f"row {at} of `{table}` of {of} has {value} for `{name}`, which is not in {low}..{high}"
+    return None
 
 
 def _some(means: Means, unit: Unit) -> Vectors:

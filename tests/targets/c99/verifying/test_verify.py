@@ -239,6 +239,40 @@ def test_vectors_of_a_file_are_run(path, tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("table", "name", "value", "told"),
+    [
+        ("inputs", "go", 7, "has 7 for `go`, which is not in 0..1"),
+        ("inputs", "go", 10**30, f"has {10**30} for `go`"),
+        ("records", "shown", 10**30, f"has {10**30} for `shown`, which is not in -3..300"),
+        ("records", "m.n", 4 + 2**64, "for `m.n`, which is not in 0..9"),
+        ("fault", "", 3, "ends with fault 3, but the program has 2"),
+        ("fault", "", 2**16, "ends with fault 65536"),
+        ("sequences", "", 0, "the vectors have no step"),
+        ("fields", "", 0, "have not the inputs and variables"),
+    ],
+)
+def test_vectors_that_no_run_has_are_refused_before_the_image_runs(table, name, value, told, path, tmp_path):
+    program = image_for(image_of(load_arrangement(path))).program
+    vectors = drawn(program, "ringlet", sequences=2, steps=5)
+    second = vectors.sequences[1]
+    if table == "fault":
+        second = replace(second, records=second.records[:-1], fault=value)
+    elif name:
+        rows = [list(row) for row in getattr(second, table)]
+        rows[3][(vectors.inputs if table == "inputs" else vectors.fields).index(name)] = value
+        second = replace(second, **{table: tuple(map(tuple, rows))})
+        told = f"row 3 of `{table}` of `sequences[1]` {told}" if told.startswith("has") else told
+    changed = replace(vectors, sequences=(vectors.sequences[0], second))
+    if not name and table != "fault":
+        changed = replace(vectors, **{table: () if table == "sequences" else vectors.fields[::-1]})
+    (tmp_path / "v.json").write_text(vectors_text(changed))
+    code, out, err = said(path, "--target", "c", "--for", "none", "--verify", "--vectors", str(tmp_path / "v.json"))
+    assert (code, out) == (3, "")
+    assert "error[E509]" in err
+    assert told in err
+
+
+@pytest.mark.parametrize(
     ("words", "code", "told"),
     [
         (["--for", "none", "--verify", "--cc", "no-such-cc"], 3, "error[E508]: `no-such-cc` is not installed"),
