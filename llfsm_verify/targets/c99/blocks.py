@@ -89,8 +89,8 @@ def titled(name: str, mark: str) -> str:
 
 def comment(text: str) -> str:
     """A comment of one line, whatever the text is."""
-    plain = one_line(text).replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?").rstrip("\\")
-    return f"/* {plain} */"
+    plain = one_line(text).replace("*/", "* /").replace("/*", "/ *").rstrip("\\")
+    return f"/* {re.sub('[?](?=[?])', '? ', plain)} */"
 
 
 def _call(name: str, *arguments: str) -> str:

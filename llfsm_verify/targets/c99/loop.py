@@ -68,12 +68,10 @@ def loop_files(image: Image, header: dict[str, Json]) -> dict[str, str]:
 
 
 def quoted(text: str) -> str:
-    """A string of C: ASCII, without trigraphs, and with the bytes of all other characters."""
-    plain = "".join(
-        f"\\{byte:03o}" if not 32 <= byte < 127 else {34: '\\"', 92: "\\\\"}.get(byte, chr(byte))
-        for byte in text.encode("utf-8", "backslashreplace")
-    )
-    return f'"{plain}"'.replace("??", '?""?')
+    """A string of C without trigraphs: three octal digits for each byte of UTF-8 that is not printable ASCII."""
+    bytes_of = text.encode(errors="backslashreplace")
+    plain = "".join(chr(n) if 32 <= n < 127 and n not in b'"\\' else rf"\{n:03o}" for n in bytes_of)
+    return re.sub("[?](?=[?])", '?""', f'"{plain}"')
 
 
 def text_of(name: str, image: Image) -> str:

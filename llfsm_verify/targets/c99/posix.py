@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Sequence
 
 from llfsm_verify.program.program import Int, Type
@@ -152,7 +153,7 @@ def readme(image: Image) -> str:
     shown = "{}"
     for choice in image.program.choices[:1]:
         value = value_text(choice.type, choice.labels, choice.type.high)
-        shown = f'{{"{choice.name}": {quoted(value) if choice.labels else value}}}'
+        shown = f'{{"{choice.name}": {json.dumps(value) if choice.labels else value}}}'
     readme = _README + ("" if image.monitors is None else _MONITORED)
     text = readme.replace("NAME", p).replace("SHOWN", shown).replace("PERIOD", period)
     return f"# {titled(image.program.name, MARK)}\n\n{text}"

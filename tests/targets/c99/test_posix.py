@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import signal
 import subprocess
 import time
@@ -56,7 +57,11 @@ def spoken(program: str, lines: list[str], *words: str) -> tuple[int, list[dict[
     """The exit code, the objects that a program prints for these lines, and what it refuses."""
     given = "".join(f"{line}\n" for line in lines)
     done = subprocess.run([program, *words], input=given, capture_output=True, text=True, check=False, timeout=60)
-    return done.returncode, [json.loads(line, parse_float=Decimal) for line in done.stdout.splitlines()], done.stderr
+    return (
+        done.returncode,
+        [json.loads(line, parse_float=Decimal) for line in done.stdout.split("\n")[:-1]],
+        done.stderr,
+    )
 
 
 @pytest.mark.parametrize("path", [EVERYTHING, LIFT])
@@ -121,6 +126,23 @@ def test_a_wrong_line_is_refused_as_a_whole(line, why, made):
     assert (code, refused) == (0, f"refused: {why}\n")
     assert len(found) == 4
     assert found[2]["shown"] == "GREEN"
+
+
+@pytest.mark.parametrize("name", ["😀", "\x85\x01\x1b[2J", "\u202e\u2066é", 'a"b\\', "x???'", "\udcff"])
+def test_a_fault_is_told_whatever_its_file_is_called(name, made, tmp_path):
+    """C of any name compiles, under `-Wbidi-chars` too, and has no character that a reader does not see."""
+    states = '[{name: A, internal: "n = k;", transitions: [{when: false, to: A}]}]'
+    path = tmp_path / f"{name}.yaml"
+    path.write_text(
+        "cycle_ms: 1\nwhiteboard: {n: {type: 0..3, init: 0}, k: {type: 0..9, init: 0, role: input}}\n"
+        f"machines: {{m: {{inline: {{machine: M, states: {states}}}}}}}\nschedule: [m]\n"
+    )
+    program = made(str(path))
+    code, found, _ = spoken(program, ['{"k": 7}'], "--lines")
+    told = name.replace("\udcff", "?")
+    assert (code, str(found[-1]["end"]).startswith(f"{tmp_path}/{told}.yaml:")) == (1, True)
+    for source in Path(program).parent.glob("*.[ch]"):
+        assert not re.search("[^\n -~\xa0-\u2010\u2070-\U0010ffff]", source.read_text())
 
 
 def test_a_program_without_inputs_or_outputs_compiles(made, tmp_path):
