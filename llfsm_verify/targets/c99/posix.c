@@ -115,6 +115,7 @@ static const char *read_value(const char *at, const kind *of, number *value)
 static const char *read_line(const char *at, NAME_inputs *inputs)
 {
     NAME_inputs made = *inputs;
+    bool given[sizeof inputs_of / sizeof inputs_of[0]] = {false};
     at = skipped(at);
     if (*at != '{') {
         return "no JSON object";
@@ -135,6 +136,10 @@ static const char *read_line(const char *at, NAME_inputs *inputs)
         if (i == inputs_count) {
             return "no input of this name";
         }
+        if (given[i]) {
+            return "an input twice";
+        }
+        given[i] = true;
         at = skipped(at);
         if (*at != ':') {
             return "no colon after a name";
@@ -283,7 +288,9 @@ static bool take(reader *from, NAME_inputs *inputs, bool wait)
             size_t size = (size_t)(end - from->text) + 1;
             const char *wrong;
             *end = '\0';
-            wrong = from->skipping ? "more than 4095 characters" : read_line(from->text, inputs);
+            wrong = from->skipping ? "more than 4095 characters"
+                : strlen(from->text) < size - 1 ? "a byte of zero"
+                : read_line(from->text, inputs);
             if (wrong != NULL) {
                 char told[96];
                 const int length = snprintf(told, sizeof told, "refused: %s\n", wrong);

@@ -118,7 +118,8 @@ def test_a_fault_ends_it_with_safe_values(made):
         ('{"paint": 1}', "no value of the input"), ('{"far": -1}', "no value of the input"),
         ('{"far": 18446744073709551616}', "no value of the input"),
         ('{"go": true, "keys[0]": 9}', "no value of the input"),
-        ('{"go": "' + "x" * 5000 + '"}', "more than 4095 characters"),
+        ('{"go": true, "go": true}', "an input twice"), ('{"go": true}\0garbage', "a byte of zero"),
+        ("\0", "a byte of zero"), ('{"go": "' + "x" * 5000 + '"}', "more than 4095 characters"),
     ],
 )  # fmt: skip
 def test_a_wrong_line_is_refused_as_a_whole(line, why, made):
