@@ -167,6 +167,7 @@ static const char *read_line(const char *at, NAME_inputs *inputs)
 static struct {
     char text[UNSENT];
     size_t used;
+    int failed; /* why it takes no more, as of `errno`, unless its reader has closed it; 0 */
 } unsent;
 
 static void add(const char *format, ...)
@@ -206,6 +207,7 @@ static bool send_lines(unsigned patience, bool last)
     while (unsent.used > 0) {
         const ssize_t count = put_bytes(STDOUT_FILENO, unsent.text, unsent.used, patience > 0 ? 100 : 0);
         if (count < 0) {
+            unsent.failed = errno == EPIPE || errno == ECONNRESET ? unsent.failed : errno;
             unsent.used = 0;
             return false;
         }
@@ -438,6 +440,9 @@ static void show_report(const NAME_report *report, const NAME_options *options)
     if (unsent.used > 0) {
         fprintf(stderr, "nobody has read the last lines of standard output\n");
     }
+    if (unsent.failed != 0) {
+        fprintf(stderr, "standard output cannot be written: %s\n", strerror(unsent.failed));
+    }
     if (!options->at_once) {
         fprintf(stderr, "{\"cycles\": %" PRIu64 ", \"ringlets\": %" PRIu64 ", \"late_ns\": {", report->cycles,
             report->ringlets);
@@ -556,5 +561,5 @@ int main(int count, char **words)
 @monitors     if (context.violated) {
 @monitors         return 1;
 @monitors     }
-    return unsent.used > 0 || report.unrecorded != 0 || report.ending > NAME_END_STOPPED ? 1 : 0;
+    return unsent.used > 0 || unsent.failed != 0 || report.unrecorded != 0 || report.ending > NAME_END_STOPPED ? 1 : 0;
 }

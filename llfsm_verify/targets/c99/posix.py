@@ -66,7 +66,8 @@ burst.
 Its standard input takes values of inputs, such as `SHOWN`, one object a line; they hold until the next. A
 cycle takes at most 4096 bytes of it. It prints an object where outputs have changed. No cycle waits for who reads that:
 where a pipe is full, the line that it does not take waits, later ones are left out, and the newest outputs are printed
-once there is room (with `--lines` a cycle waits). A standard file that is closed is as `/dev/null`.
+once there is room (with `--lines` a cycle waits). The program ends where its reader closes it (exit code 0) or it
+cannot be written (1). A standard file that is closed from the beginning is as `/dev/null`.
 
 On SIGTERM, SIGINT and SIGHUP, and after a fault, outputs get their safe values, which are printed with the reason. They
 wait a second for room. Standard error then says how late cycles began, in nanoseconds.
@@ -83,8 +84,8 @@ Where the recording is, with the arrangement that it was made of in it:
     llfsm check-recording monday -p 'FORMULA'   # properties, decided on it
     llfsm trace monday --to csv                 # a row for each frame; --to vcd, svg and others
 
-Exit codes: 0 finished or stopped, 1 a fault, a late cycle (`--strict`), last lines that nobody took or a recording that
-ended before the run, 2 wrong usage, 3 a recording that cannot be begun.
+Exit codes: 0 finished or stopped, 1 a fault, a late cycle (`--strict`), last lines that nobody took, outputs that
+cannot be written, or a recording that ended before the run, 2 wrong usage, 3 a recording that cannot be begun.
 
 ## The library
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
 import os
 import re
+import resource
 import signal
 import subprocess
 import time
@@ -266,6 +268,22 @@ def test_it_ends_where_nobody_reads_on(made):
         process.stdin.write("{}\n")
         process.stdin.flush()
         assert process.wait(60) == 0
+
+
+def test_outputs_that_cannot_be_written_end_it_and_are_told(made, tmp_path):
+    """The largest size of a file stands for a full disk."""
+
+    def limited() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (200, 200))
+
+    with (tmp_path / "out").open("w") as out:
+        done = subprocess.run(
+            [made(EVERYTHING), "--lines"], input="{}\n" * 50, stdout=out, stderr=subprocess.PIPE, text=True,
+            check=False, preexec_fn=limited,
+        )  # fmt: skip
+    told = f"standard output cannot be written: {os.strerror(errno.EFBIG)}\n"
+    assert (done.returncode, done.stderr) == (1, told)
+    assert (tmp_path / "out").stat().st_size == 200
 
 
 def test_a_cycle_takes_at_most_so_many_bytes(made, tmp_path):
