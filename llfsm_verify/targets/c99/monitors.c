@@ -20,7 +20,7 @@ typedef uint8_t NAME_verdict;
 
 typedef struct {
     uint32_t step; /* @units that were read after the beginning; it stops at its largest value */
-    uint32_t decided[NAME_PROPERTIES]; /* the step of each verdict; 0: that of the beginning */
+    uint32_t decided[NAME_PROPERTIES]; /* `step` at each verdict; 0: that of the beginning */
     struct {
 @states
     } at; /* states of the monitors */

@@ -405,9 +405,9 @@ static bool take_inputs(void *context, NAME_inputs *inputs)
 @monitors         if (verdict != p->told[i]) {
 @monitors             p->told[i] = verdict;
 @monitors             p->violated = p->violated || verdict == NAME_VIOLATED;
-@monitors             add("{\"cycle\": %" PRIu64 ", \"property\": \"%s\", \"verdict\": \"%s\", \"step\": %" PRIu32 "}\n",
+@monitors             add("{\"cycle\": %" PRIu64 ", \"property\": \"%s\", \"verdict\": \"%s\", \"step\": %" PRIu64 "}\n",
 @monitors                 report->cycles, properties[i], verdict == NAME_VIOLATED ? "violated" : "satisfied",
-@monitors                 report->monitors->decided[i]);
+@monitors                 step_of(report, i));
 @monitors         }
 @monitors     }
 @monitors }

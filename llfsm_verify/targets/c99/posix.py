@@ -97,8 +97,8 @@ cannot be written, or a recording that ended before the run, 2 wrong usage, 3 a 
 _MONITORED = """
 ## Monitors
 
-Each verdict of a property is an object as well, with the step that decided it. Where one is violated, the exit code is
-1, and `--strict` ends with safe values.
+Each verdict of a property is an object as well, with the step that decided it: a ringlet, as `llfsm check-recording`
+counts them. Where one is violated, the exit code is 1, and `--strict` ends with safe values.
 """
 
 
@@ -216,6 +216,12 @@ def _properties(image: Image) -> Iterator[str]:
     if image.monitors is not None:
         names = ",\n".join(f"    {quoted(walk.of.line.name)}" for walk in image.monitors.walks)
         yield f"static const char *const properties[] = {{\n{names}\n}};\n"
+        ringlet, read = "report->monitors->decided[which]", ""
+        if image.program.observe == "cycle":
+            ringlet, read = f"{ringlet} == 0 ? 0 : report->ringlets", ", of which the last one in a cycle is read"
+        yield comment(f"The ringlet that decided a property in this cycle{read}; 0: the beginning did.")
+        yield f"static uint64_t step_of(const {image.prefix}_report *report, size_t which)"
+        yield f"{{\n    return {ringlet};\n}}\n"
 
 
 def _described(what: str, rows: Sequence[str]) -> Iterator[str]:

@@ -308,10 +308,13 @@ LINES_IN = '{"a": true}\n{"far": 3}\n{"far": 0}\n{"a": true, "b": true}\n'
 
 @needs_gcc
 @pytest.mark.slow
-def test_a_program_for_posix_tells_verdicts_as_its_recording_does(tmp_path):
-    """With `--strict` a violation ends it, with safe values."""
+@pytest.mark.parametrize(("observe", "steps"), [("ringlet", (3, 7)), ("cycle", (4, 8))])
+def test_a_program_for_posix_tells_verdicts_as_its_recording_does(observe, steps, tmp_path):
+    """With `--strict` a violation ends it, with safe values. A step is a ringlet, of which a cycle has two here."""
+    idle = {"machine": "K", "states": [{"name": "S", "transitions": [{"when": "false", "to": "S"}]}]}
+    two = {"machines": SMALL["machines"] | {"k": {"inline": idle}}, "schedule": ["m", "k"], "observe": observe}
     board = SMALL["whiteboard"] | {"safe": {"type": "0..9", "role": "output", "safe": 7}}
-    (tmp_path / "a.yaml").write_text(json.dumps(SMALL | {"whiteboard": board}))
+    (tmp_path / "a.yaml").write_text(json.dumps(SMALL | two | {"whiteboard": board}))
     (tmp_path / "p.ltl").write_text(PROPERTIES)
     files = ("build", str(tmp_path / "a.yaml"), "--monitor", str(tmp_path / "p.ltl"), "-o", str(tmp_path / "made"))
     assert llfsm(*files, "--target", "c", "--for", "posix").returncode == 0
@@ -323,8 +326,8 @@ def test_a_program_for_posix_tells_verdicts_as_its_recording_does(tmp_path):
         return done.returncode, [json.loads(line) for line in done.stdout.splitlines()]
 
     first = {"cycle": 1, "property": "first", "verdict": "satisfied", "step": 0}
-    bad = {"cycle": 2, "property": "never", "verdict": "violated", "step": 2}
-    good = {"cycle": 4, "property": "once", "verdict": "satisfied", "step": 4}
+    bad = {"cycle": 2, "property": "never", "verdict": "violated", "step": steps[0]}
+    good = {"cycle": 4, "property": "once", "verdict": "satisfied", "step": steps[1]}
     shown = [{"cycle": i, "safe": 0} for i in range(1, 5)]
     end = {"cycle": 4, "safe": 7, "end": "stopped"}
     decided = [{"cycle": 1, "property": "open", "verdict": "satisfied", "step": 0}]
@@ -341,7 +344,7 @@ def test_a_program_for_posix_tells_verdicts_as_its_recording_does(tmp_path):
     told = llfsm("check-recording", str(recording), str(tmp_path / "p.ltl")).stdout
     found = re.findall(r"^(\w+) +(\w+) .*\n +(at step \d+|before the first step|[a-z ]+)", told, re.MULTILINE)
     assert found == [
-        ("violated", "never", "at step 2"), ("satisfied", "once", "at step 4"),
+        ("violated", "never", f"at step {steps[0]}"), ("satisfied", "once", f"at step {steps[1]}"),
         ("satisfied", "first", "before the first step"), ("satisfied", "open", "before the first step"),
         ("undecided", "late", "because the recording ended before a verdict"),
     ]  # fmt: skip
