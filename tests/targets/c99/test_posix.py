@@ -142,7 +142,7 @@ def test_a_fault_is_told_whatever_its_file_is_called(name, made, tmp_path):
     )
     program = made(str(path))
     code, found, _ = spoken(program, ['{"k": 7}'], "--lines")
-    told = name.replace("\udcff", "?")
+    told = name.replace("\udcff", r"\udcff")
     assert (code, str(found[-1]["end"]).startswith(f"{tmp_path}/{told}.yaml:")) == (1, True)
     for source in Path(program).parent.glob("*.[ch]"):
         assert not re.search("[^\n -~\xa0-\u2010\u2070-\U0010ffff]", source.read_text())
