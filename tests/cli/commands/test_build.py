@@ -66,20 +66,23 @@ def test_what_the_model_of_the_surroundings_wrote_is_said_to_come_from_the_world
     assert code == 0
     left_out, kept = err.splitlines()
     assert left_out == "note: the model of the surroundings is left out: the inputs that it wrote come from the world"
-    assert kept == "note: after a fault motor, open keep their values: they have no safe: value"
+    assert kept == "note: after a fault `motor`, `open` keep their values, since they have no `safe:`"
 
 
 @pytest.mark.parametrize(
     ("outputs", "told"),
     [
-        ("a: {type: bool, role: output}, b: {type: bool, role: output}", "a, b keep their values: they have"),
-        ("a: {type: bool, role: output}, b: {type: bool, role: output, safe: true}", "a keeps its value: it has"),
+        ("a: {type: bool, role: output}, b: {type: bool, role: output}", "`a`, `b` keep their values, since they have"),
+        (
+            "a: {type: bool, role: output}, b: {type: bool, role: output, safe: true}",
+            "`a` keeps its value, since it has",
+        ),
         ("a: {type: bool, role: output, safe: false}, b: {type: bool}", ""),
     ],
 )
 def test_outputs_that_a_fault_leaves_as_they_are_are_told(outputs, told, tmp_path):
     code, _, err = build(tmp_path, f"cycle_ms: 10\nwhiteboard: {{{outputs}}}\n{MACHINE}")
-    assert (code, err) == (0, f"note: after a fault {told} no safe: value\n" if told else "")
+    assert (code, err) == (0, f"note: after a fault {told} no `safe:`\n" if told else "")
 
 
 REFUSED = {

@@ -107,11 +107,10 @@ def _wanted(options: Namespace) -> Wanted:
 
 def _tell_kept(arrangement: Arrangement) -> None:
     """Which outputs a fault leaves as they are."""
-    kept = [e.variable.name for e in arrangement.whiteboard if e.role == "output" and e.safe is None]
-    if len(kept) == 1:
-        tell(f"note: after a fault {kept[0]} keeps its value: it has no safe: value")
-    elif kept:
-        tell(f"note: after a fault {', '.join(kept)} keep their values: they have no safe: value")
+    kept = [f"`{e.variable.name}`" for e in arrangement.whiteboard if e.role == "output" and e.safe is None]
+    if kept:
+        keep = "keep their values, since they have" if kept[1:] else "keeps its value, since it has"
+        tell(f"note: after a fault {', '.join(kept)} {keep} no `safe:`")
 
 
 def _check_command(option: str, text: str, least: int) -> None:

@@ -45,7 +45,7 @@ name: small
 cycle_ms: 1000
 whiteboard:
   go: {type: bool, init: false, role: input}
-  shown: {type: -3..300, init: -3, role: output}
+  shown: {type: -3..300, init: -3, role: output, safe: -3}
 machines:
   m:
     inline:
@@ -391,9 +391,9 @@ def test_a_path_that_is_not_utf_8_is_escaped(world, tmp_path):
     out = tmp_path / "out"
     code, _, err = said(str(file), "--target", "c", "--for", world, "-o", str(out), "--verify")
     assert (code, err) == (0, "")
-    assert r"f\udcff.yaml:13:66: A -> B when go */" in (out / "small.c").read_text(encoding="utf-8")
+    assert "f?.yaml:13:66: A -> B when go */" in (out / "small.c").read_text(encoding="utf-8")
     if world == "posix":
-        assert r"/f\\udcff.yaml:13:32: " in (out / "small_loop.c").read_text() + (out / "small_main.c").read_text()
+        assert r"/f\134udcff.yaml:13:32: " in (out / "small_loop.c").read_text() + (out / "small_main.c").read_text()
         program([out / name for name in ("small.c", "small_loop.c", "small_main.c")], out / "made")
 
 
@@ -403,7 +403,7 @@ def program(files: Sequence[Path], made: Path) -> None:
 
 
 def test_a_string_of_c_has_the_bytes_of_all_characters():
-    assert quoted('a"\\b??/\n\x01é\U0001f600\udcff') == (r'"a\"\\b?""?/\012\001\303\251\360\237\230\200\\udcff"')
+    assert quoted('a"\\b??/\n\x01é\U0001f600\udcff') == r'"a\042\134b?""?/\012\001\303\251\360\237\230\200\134udcff"'
 
 
 def test_written_images_are_those_that_are_verified(small, tmp_path):
