@@ -391,7 +391,8 @@ def test_a_path_that_is_not_utf_8_is_escaped(world, tmp_path):
     out = tmp_path / "out"
     code, _, err = said(str(file), "--target", "c", "--for", world, "-o", str(out), "--verify")
     assert (code, err) == (0, "")
-    assert "f?.yaml:13:66: A -> B when go */" in (out / "small.c").read_text(encoding="utf-8")
+    whole = re.sub(r"\n +\* ", " ", (out / "small.c").read_text(encoding="utf-8"))  # comments as one line
+    assert "f?.yaml:13:66: A -> B when go */" in whole
     if world == "posix":
         assert r"/f\134udcff.yaml:13:32: " in (out / "small_loop.c").read_text() + (out / "small_main.c").read_text()
         program([out / name for name in ("small.c", "small_loop.c", "small_main.c")], out / "made")
