@@ -107,7 +107,7 @@ def main() -> None:
         except BrokenPipeError:
             why = "it reads no more"
         program.terminate()
-    print(f"{why}: {shaft.calls} calls, {shaft.stops} times the door was open")
+    print(f"{why}: {shaft.calls} call{'s' * (shaft.calls != 1)}, {shaft.stops} times the door was open")
     sys.exit(program.returncode)
 
 

@@ -43,7 +43,8 @@ MOST = 20
 def coverage_text(found: Coverage) -> Iterator[RenderableType]:
     """What `llfsm coverage --format text` prints."""
     shown = [status for status in STATUSES if status != "covered" or found.runs]
-    yield Text(" " * 18 + "".join(f"{status:>13}" for status in shown), "bold")
+    heads = {"reachable": "not covered"} if found.runs else {}
+    yield Text(" " * 18 + "".join(f"{heads.get(status, status):>13}" for status in shown), "bold")
     for kind, counts in found.counts().items():
         line = Text(f"{NAMES[kind]:<18}")
         for status in shown:
@@ -84,7 +85,7 @@ def goal_text(goal: Goal) -> str:
 
 def _beside(found: Coverage) -> Iterator[str]:
     for run in found.runs:
-        yield f"{run.name}: {counted(run.steps, 'step')}"
+        yield f"{run.name}: {counted(run.steps, 'ringlet')}"
     if found.surroundings is not None:
         yield f"model of the surroundings, without which more may be reachable: {found.surroundings}"
     if found.modelled:

@@ -142,7 +142,9 @@ class _Reader:
             values = f"{what.type.low}..{what.type.high}" if isinstance(what.type, Int) else "int"
             need = "no number of pins has negative values" if bits == 64 else f"it needs {bits}"
             hint = "give it as many pins as it has bits, the lowest first" if bits < 64 else "use a range from 0"
-            self._wrong(f"`{name}` of {values} does not fit {len(pins)} pins: {need}", mark(at), hint)
+            self._wrong(
+                f"`{name}` of {values} does not fit {len(pins)} pin{'s' * (len(pins) != 1)}: {need}", mark(at), hint
+            )
         return Wire(pins, low, pull_up)
 
     def _pins(self, name: str, at: Node) -> Iterator[str]:

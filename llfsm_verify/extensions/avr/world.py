@@ -45,7 +45,7 @@ def avr(image: Image, wanted: Wanted, /) -> Made:
     files = {
         f"{p}_main.c": main,
         "Makefile": makefile(image, chip, wanted.clock_hz),
-        "README.md": readme(image, chip, wires),
+        "README.md": readme(image, chip, wires, wanted.clock_hz),
     }
     return Made(files, (*notes, "Compile it there: make"))
 
@@ -241,20 +241,20 @@ clean:
 """
 
 
-def readme(image: Image, chip: Chip, wires: Mapping[str, Wire]) -> str:
+def readme(image: Image, chip: Chip, wires: Mapping[str, Wire], clock_hz: int) -> str:
     """How to compile and to use it."""
-    watched = "" if image.monitors is None else " So it is where a monitor says that its property is violated."
+    watched = "" if image.monitors is None else " It is the same where a property is violated."
     rows = "\n".join(f"| `{name}` | {wire} |" for name, wire in wires.items())
     return f"""# {titled(image.program.name, MARK)}
 
     make
     make flash PROGRAMMER=usbasp
-    simavr -m {chip.name} -f CLOCK {image.prefix}.elf
+    simavr -m {chip.name} -f {clock_hz} {image.prefix}.elf
 
 Timer 1 begins a cycle each {float(image.program.period or 0):g} ms: pins are read once, all ringlets of the cycle run,
-and outputs are written. A value that an input does not have leaves it as it was. Where a whole period has passed before
+and outputs are written. Pins that show no value of an input leave it unchanged. Where a whole period has passed before
 a cycle begins, the cycles that should have begun meanwhile are left out; with `make EXTRA=-DSTOP_WHEN_LATE=1` outputs
-get their safe values, and nothing runs any more. So it is after a fault.{watched}
+get their safe values, and nothing runs any more. It is the same after a fault.{watched}
 When all machines have finished, outputs stay.
 
 | input or output | pin |

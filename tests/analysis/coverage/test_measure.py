@@ -135,7 +135,7 @@ def test_traces_and_recordings_add_up(tmp_path, monkeypatch):
     assert alone.exit_code == 1
     done = llfsm("coverage", "a.yaml", "high.rec")
     assert done.returncode == 1
-    assert "decides alone in `x > 3 || x > 5`" in done.stdout and "high.rec: 10 steps" in done.stdout
+    assert "decides alone in `x > 3 || x > 5`" in done.stdout and "high.rec: 10 ringlets" in done.stdout
 
 
 def test_the_object_fits_its_schema():

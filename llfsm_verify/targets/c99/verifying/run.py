@@ -120,7 +120,7 @@ class Bench:
         if found is None:
             package = self.packages.get(program.rsplit("/", 1)[-1], program)
             message = f"`{program[:60]}` is not installed, and the image cannot be verified without it"
-            raise DiagnosticError(Diagnostic(MISSING, message, hint=f"install {package}, as your system calls it"))
+            raise DiagnosticError(Diagnostic(MISSING, message, hint=f"install {package}, or name another command"))
         return str(Path(found).absolute())
 
 
