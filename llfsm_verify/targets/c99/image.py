@@ -321,8 +321,18 @@ class Image:
         given: list[tuple[str, str, Type]] = []
         given += [(f"inputs->{self.names.inputs[c.name]}", stored_as(c.type), c.type) for c in self.program.choices]
         free = [field for field in self.names.fields.values() if field.var.free]
-        given += [(f"state->{field.path}", field.type, field.var.type) for field in free]
+        given += [(f"state->{f.path}", f.type, f.var.type) for f in free if f.var.length is None]
         conditions = [condition for name, kind, of in given for condition in _outside(name, kind, of)]
+        yield from self._refused(conditions)
+        for field in free:
+            outside = list(_outside(f"state->{field.path}[i]", field.type, field.var.type))
+            if field.var.length is not None and outside:
+                yield f"for (size_t i = 0; i < {field.var.length}; i++) {{"
+                yield from (f"    {line}" for line in self._refused(outside))
+                yield "}"
+
+    def _refused(self, conditions: Sequence[str]) -> Iterator[str]:
+        """Lines that refuse inputs where one of these is true."""
         if conditions:
             yield "if (" + "\n        || ".join(conditions) + ") {"
             yield f"    return {self.prefix}_{BAD_INPUT};"

@@ -115,3 +115,15 @@ def test_deep_expressions_are_taken_apart():
     built.start()
     assert built.step({}) == 0
     assert built.state() == native.layout.decode_record(native.step(native.layout.first(), 0, {}).record)
+
+
+def test_each_element_that_a_caller_stored_is_checked():
+    bad_input = STATUSES["BAD_INPUT"][0] - 10
+    kind = Int(-3, 4)
+    program = tiny((), [variable("x", kind, (0, 0, 0), free=True), variable("y", Int(0, 255), (0,), free=True)])
+    built = Built(Image(program))
+    first = built.start()
+    for values, told in (((4, -3, 0), 0), ((5, 0, 0), bad_input), ((0, 0, -4), bad_input), ((0, 7, 0), bad_input)):
+        built.put({**first, "x": values})
+        assert built.step({}) == told
+        assert (built.state()["x"], told == 0 or built.state() == {**first, "x": values}) == (values, True)
