@@ -34,7 +34,7 @@ class Chip:
 
     @property
     def pins(self) -> tuple[str, ...]:
-        """Those that a table may name; the pin of the reset and those of a crystal are none."""
+        """Those that a table may name: without the pin of the reset and those of a crystal."""
         return tuple(f"P{port}{bit}" for port, bits in self.ports.items() for bit in bits)
 
 
@@ -58,7 +58,7 @@ CHIPS = {
 
 
 def chip_of(name: str) -> Chip:
-    """DiagnosticError (E507): there is none of this name."""
+    """DiagnosticError (E507): no microcontroller of ours has this name."""
     if name not in CHIPS:
         hint = did_you_mean(name, CHIPS) or f"there are: {', '.join(CHIPS)}"
         message = f"nothing is known of the microcontroller `{name[:40]}`"

@@ -59,7 +59,7 @@ def arrangement_of(node: pytest.Item, config: pytest.Config) -> Path:
     """The path that the closest marker names, or the ini key, or the only arrangement.yaml near the test file.
 
     Near: in its folder or in a folder of that; else the same in the folder above, and so on up to pytest's root folder.
-    Fails the test where there is none, or more than one.
+    Fails the test unless there is exactly one.
     """
     marker = node.get_closest_marker(MARKER)
     if marker is not None:

@@ -88,7 +88,7 @@ def titled(name: str, mark: str) -> str:
 
 
 def comment(text: str) -> str:
-    """A comment of one line, whatever the text is."""
+    """A comment of one line; nothing in the text can end it."""
     plain = one_line(text).replace("*/", "* /").replace("/*", "/ *").rstrip("\\")
     return f"/* {re.sub('[?](?=[?])', '? ', plain)} */"
 

@@ -16,7 +16,7 @@ from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.targets.c99.blocks import BlockText, comment, has_code, titled
 from llfsm_verify.targets.c99.monitors import Monitors
 from llfsm_verify.targets.c99.names import EVENTS, Field, Names, identifier
-from llfsm_verify.targets.c99.numbers import stored_as, written
+from llfsm_verify.targets.c99.numbers import bits_of, stored_as, written
 from llfsm_verify.targets.c99.texts import runtime, wrapped
 from llfsm_verify.targets.small import stores_cycle, unchecked
 from llfsm_verify.values import Value, element_names, value_text
@@ -378,10 +378,10 @@ def _declared(lines: list[str], prefix: str) -> list[str]:
 
 
 def _outside(name: str, kind: str, of: Type) -> Iterator[str]:
-    """When what is stored as this kind is none of its type."""
+    """Conditions of C for a stored value that its type does not have."""
     if kind == "bool" or not isinstance(of, Int):
         return
-    bits = int(kind.strip("uint_"))
+    bits = bits_of(kind)
     least, most = (0, (1 << bits) - 1) if kind[0] == "u" else (-(1 << bits - 1), (1 << bits - 1) - 1)
     if of.low > least:
         yield f"{name} < {written(of.low, kind)}"

@@ -81,6 +81,11 @@ def stored_as(kind: Type) -> str:
     return next(f"int{b}_t" for b in (8, 16, 32, 64) if -(1 << b - 1) <= kind.low and kind.high < 1 << b - 1)
 
 
+def bits_of(stored: str) -> int:
+    """The bits of a type of `stored_as` that is not `bool`."""
+    return int(stored.strip("uint_"))
+
+
 def bounds(expression: Expr) -> tuple[int, int]:
     """The interval of an expression's values."""
     kind = expression.type

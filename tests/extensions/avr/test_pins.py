@@ -25,7 +25,7 @@ WRONG = {
     "too many pins": (("lamps[0]: PB0", "lamps[0]: [PB0, PB3]"), "7:13", "`lamps[0]` of 0..1 does not fit 2 pins"),
     "unknown name": (("lamps[0]", "lamps[2]"), "7:3", "there is no input or output `lamps[2]`"),
     "pull-up of an output": (("active: low}\n  shown", "pull_up: true}\n  shown"), "8:24", "has no key `pull_up`"),
-    "a word that is none": (("active: low, pull", "active: down, pull"), "3:26", "`active` cannot be `down`"),
+    "an unknown word": (("active: low, pull", "active: down, pull"), "3:26", "`active` cannot be `down`"),
     "no pin": (("{pin: [PD5, PD6], active: low}", "{active: low}"), "6:11", "`colour` needs a pin or the serial port"),
     "another speed": (("sum: {uart: 115200}", "sum: {uart: 9600}"), "10:15", "the serial port has 115200 baud"),
     "not a speed": (("key: {uart: 115200}", "key: {uart: 12}"), "5:15", "`uart` cannot be `12`"),

@@ -11,7 +11,7 @@ from llfsm_verify.program.program import Int
 from llfsm_verify.targets.c99.blocks import comment
 from llfsm_verify.targets.c99.image import MARK, Image
 from llfsm_verify.targets.c99.names import Field
-from llfsm_verify.targets.c99.numbers import stored_as
+from llfsm_verify.targets.c99.numbers import bits_of, stored_as
 from llfsm_verify.values import element_names
 
 HIDDEN = ("control", "output")
@@ -158,7 +158,7 @@ def _path(field: Field, index: int) -> str:
 
 
 def _size(kind: str) -> int:
-    return 1 if kind == "bool" else int(kind.strip("uint_")) // 8
+    return 1 if kind == "bool" else bits_of(kind) // 8
 
 
 def _rows(data: bytes) -> str:
