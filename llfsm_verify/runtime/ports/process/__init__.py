@@ -1,0 +1,28 @@
+"""Ports that are programs: a child of the supervisor, which speaks lines of JSON (decision 70).
+
+The child reads its standard input and writes its standard output, both of which are one end of a pair of sockets; its
+standard error is that of the run. Each line is an object with one of these keys first (fields: names of the file of
+ports; `values`: by field, nested where a field has dots):
+
+    run to child
+      {"hello": 1, "port": NAME, "cycle_ms": C, "inputs": {FIELD: TYPE}, "outputs": {FIELD: TYPE},
+       "requests": {NAME: {"kind": "service", …}}, "told": {…}}           the first line; TYPE as `slots_of` shows it
+      {"values": {…}, "time": T, "cycle": N}                             outputs have changed; T: monotonic seconds
+      {"request": 17, "name": NAME, "values": {…}}                       to be answered by its number
+      {"cancel": 17}                                                     its answer is not wanted any more
+      {"safe": {…}}                                                      the run has ended, and these are safe values
+      {"end": "stopped"}                                                 the last line; then the socket is closed
+    child to run
+      {"hello": 1, "values": {…}}                                        within PATIENCE; values of inputs before the
+                                                                         first cycle, also of those that never change
+      {"values": {…}, "time": T}                                         inputs
+      {"state": "ACTIVE", "of": 17, "values": {…}}                       an action has this state now; feedback
+      {"answer": 17, "state": "DONE", "values": {…}}                     the end of a request; DONE or FAILED, or the
+                                                                         end of an action; without `state` DONE
+      {"lost": ["FIELD", …], "why": TEXT}                                these inputs have failed; all, without names
+      {"say": TEXT}                                                      is shown to the user, once for each text
+      {"cycle": N}                                                       with `clock: external`: cycle N begins now
+
+A child that ends, or says what is no message in its first line, has failed with all its inputs; its requests under way
+become FAILED or LOST, and it is started again, RESTART seconds later, then twice as long, up to LONGEST_RESTART.
+"""
