@@ -149,8 +149,6 @@ from llfsm_verify.runtime.ports.port import Kind as PortKind
 from llfsm_verify.runtime.recording.timeline import Row as TimelineRow
 from llfsm_verify.runtime.recording.timeline import Signal, Timeline
 from llfsm_verify.semantics.operators import OPERATOR
-from llfsm_verify.targets import PINS as WRONG_PINS
-from llfsm_verify.targets import TICK as WRONG_TICK
 from llfsm_verify.targets.c99.blocks import comment as c_comment
 from llfsm_verify.targets.c99.blocks import titled as c_title
 from llfsm_verify.targets.c99.image import MARK as C_MARK
@@ -208,9 +206,7 @@ __all__ = [
     "WHEN",
     "WORLDS",
     "WRITERS",
-    "WRONG_PINS",
     "WRONG_PORT",
-    "WRONG_TICK",
     "Answer",
     "Arrangement",
     "ArrangementDraft",

@@ -16,6 +16,7 @@ from llfsm_verify.engines.bounded.engine import BoundedSession
 from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
 from llfsm_verify.logic.syntax_names import TABLES
 from llfsm_verify.registry import Choices, Entry, Registry, Unregistered
+from llfsm_verify.report.codes import OF_OTHERS
 from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.formats import REPORTS
 from llfsm_verify.report.schema import SCHEMAS
@@ -27,9 +28,9 @@ from llfsm_verify.verification.portfolio import stages_of
 from tests.cli.running import LIGHTS, llfsm
 
 ALL: dict[str, Registry[object]] = {
-    "access": REPORTS.access, "arrangements": ARRANGEMENTS, "commands": COMMANDS, "drawings": DRAWINGS,
-    "engines": ENGINES, "lint": REPORTS.lint, "logs": LOGS, "machines": MACHINES, "models": MODELS,
-    "monitors": REPORTS.monitor, "simulations": REPORTS.simulation,
+    "access": REPORTS.access, "arrangements": ARRANGEMENTS, "codes": OF_OTHERS, "commands": COMMANDS,
+    "drawings": DRAWINGS, "engines": ENGINES, "lint": REPORTS.lint, "logs": LOGS, "machines": MACHINES,
+    "models": MODELS, "monitors": REPORTS.monitor, "simulations": REPORTS.simulation,
     "policies": POLICIES, "ports": PORTS, "queries": REPORTS.query, "results": REPORTS.result,
     "schemas": SCHEMAS, "structures": STRUCTURES, "syntaxes": TABLES, "timelines": TIMELINES, "writers": WRITERS,
 }  # fmt: skip

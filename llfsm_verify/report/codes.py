@@ -1,10 +1,24 @@
-"""All diagnostic codes with what each means; `python -m llfsm_verify.report.codes` prints docs/diagnostics.md."""
+"""All diagnostic codes with what each means; `python -m llfsm_verify.report.codes` prints docs/diagnostics.md.
+
+An extension or another package registers a list of its own, a mapping of codes to meanings, under `llfsm_verify.codes`:
+
+    ENTRIES = {"llfsm_verify.codes": (Entry("avr", f"{__name__}.codes:CODES", "Images on AVR microcontrollers"),)}
+
+Examples of them are in `examples.json` beside that module. `llfsm explain` notes what it leaves out:
+
+    note: E110 of the list of codes `bikes` of another package has a meaning already
+    note: the list of codes `bikes` of another package cannot be used (E910 has no meaning)
+    note: the list of codes `bikes` of another package cannot be used (ModuleNotFoundError: No module named 'bikes')
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cache
+from importlib import import_module
 from importlib.resources import files
 
 from llfsm_verify.analysis.coverage import CODES as COVERAGE
@@ -16,6 +30,7 @@ from llfsm_verify.kripke.export.formats import CODES as STRUCTURES
 from llfsm_verify.language.codes import CODES as LANGUAGE
 from llfsm_verify.logic.codes import MEANINGS as PROPERTIES
 from llfsm_verify.monitoring.codes import CODES as MONITORS
+from llfsm_verify.registry import Registry, Unusable
 from llfsm_verify.report.drawing import CODES as DRAWINGS
 from llfsm_verify.report.timeline import CODES as TIMELINES
 from llfsm_verify.runtime.deciding.logs import CODES as LOGS
@@ -131,9 +146,68 @@ instead. Every diagnostic has a stable code: `E` is an error (exit code 3), `W` 
 ends, `L` a [finding of `llfsm lint`](lint.md). This page is written by `python -m llfsm_verify.report.codes`."""
 
 
+OF_OTHERS: Registry[Mapping[str, str]] = Registry("list of codes", (), group="llfsm_verify.codes")
+CODE = re.compile(r"[EFLW][0-9]{3}")
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """Codes of one subject with their meanings, and examples of them (of some, where they are of another package)."""
+
+    title: str
+    codes: Mapping[str, str]
+    examples: Mapping[str, str]
+
+
+@cache
+def ours() -> tuple[Section, ...]:
+    """The sections of the core and of extensions. ValueError: what an extension registers is not a list of codes."""
+    examples = _examples(__package__)
+    core = [Section(title, codes, examples) for title, codes in SECTIONS]
+    return (*core, *map(_section, OF_OTHERS.ours))
+
+
+def everyone() -> tuple[tuple[Section, ...], list[str]]:
+    """Also the sections of other packages, and sentences about what of them is left out."""
+    broken, found = list(OF_OTHERS.find_others()), list(ours())
+    for name in OF_OTHERS:
+        if name in OF_OTHERS.ours:
+            continue
+        what = f"the list of codes `{name}` of another package"
+        try:
+            section = _section(name)
+        except Unusable as error:
+            broken.append(str(error))
+        except (ValueError, OSError) as error:
+            broken.append(f"{what} cannot be used ({error})")
+        else:
+            taken = section.codes.keys() & meanings(found).keys()
+            broken += [f"{code} of {what} has a meaning already" for code in sorted(taken)]
+            codes = {code: meaning for code, meaning in section.codes.items() if code not in taken}
+            found.append(replace(section, codes=codes))
+    return tuple(found), broken
+
+
+def _section(name: str) -> Section:
+    entry, codes = OF_OTHERS[name], OF_OTHERS.load(name)
+    if not isinstance(codes, Mapping):
+        raise ValueError(f"{entry.place} is not a mapping")
+    for code, meaning in codes.items():
+        if not CODE.fullmatch(str(code)):
+            raise ValueError(f"`{code}` is not one of the letters EFLW with three digits")
+        if not isinstance(meaning, str) or not meaning.strip():
+            raise ValueError(f"{code} has no meaning")
+    return Section(entry.about or name, codes, _examples(import_module(entry.place.partition(":")[0]).__package__))
+
+
 def all_codes() -> dict[str, str]:
-    """Every code with its meaning."""
-    return {code: meaning for _, codes in SECTIONS for code, meaning in codes.items()}
+    """Every code of ours with its meaning."""
+    return meanings(ours())
+
+
+def meanings(sections: Iterable[Section]) -> dict[str, str]:
+    """Every code of these sections with its meaning."""
+    return {code: meaning for section in sections for code, meaning in section.codes.items()}
 
 
 def sentence(meaning: str) -> str:
@@ -141,17 +215,18 @@ def sentence(meaning: str) -> str:
     return f"{meaning[0].upper()}{meaning[1:].rstrip('.')}."
 
 
-@cache
-def _examples() -> Mapping[str, str]:
-    found: dict[str, str] = json.loads(files("llfsm_verify.report").joinpath("examples.json").read_text("utf-8"))
-    return found
+def _examples(package: str | None) -> Mapping[str, str]:
+    file = files(package).joinpath("examples.json") if package else None
+    found = json.loads(file.read_text("utf-8")) if file is not None and file.is_file() else {}
+    return {code: str(text) for code, text in dict(found).items()}
 
 
-def explained(code: str) -> str:
-    """What a diagnostic means, how it looks, and (in its last line) what to do. KeyError: no such code."""
-    lines = [f"{code}: {sentence(all_codes()[code])}"]
-    if code in _examples():
-        lines += ["", *(f"    {line}".rstrip() for line in _examples()[code].split("\n"))]
+def explained(code: str, sections: tuple[Section, ...] | None = None) -> str:
+    """What a diagnostic means, how it looks, and (in its last line) what to do. StopIteration: no such code."""
+    section = next(section for section in sections or ours() if code in section.codes)
+    lines = [f"{code}: {sentence(section.codes[code])}"]
+    if code in section.examples:
+        lines += ["", *(f"    {line}".rstrip() for line in section.examples[code].split("\n"))]
     if code in MENDS:
         lines += ["", f"What to do: {MENDS[code]}"]
     return "\n".join(lines)
@@ -160,13 +235,13 @@ def explained(code: str) -> str:
 def page() -> Iterator[str]:
     """The lines of docs/diagnostics.md."""
     yield INTRODUCTION
-    for title, codes in SECTIONS:
+    for section in ours():
         yield ""
-        yield f"## {title}"
+        yield f"## {section.title}"
         yield ""
         yield "| code | meaning |"
         yield "|---|---|"
-        for code, meaning in codes.items():
+        for code, meaning in section.codes.items():
             yield f"| {code} | {sentence(meaning)} |"
 
 

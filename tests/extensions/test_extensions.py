@@ -115,7 +115,7 @@ except Unregistered as error:
 def test_the_core_does_without_extensions(tmp_path: Path) -> None:
     """In a copy without their folder every module is imported, every registry read, and some tests pass."""
     shutil.copytree(ROOT / "llfsm_verify", tmp_path / "llfsm_verify", ignore=lambda *_: {"extensions"})
-    for name in ("docs", "tests", "tools", "models", "properties", "pyproject.toml"):
+    for name in ("benchmarks", "docs", "tests", "tools", "models", "properties", "pyproject.toml"):
         (tmp_path / name).symlink_to(ROOT / name)
     # An editable installation finds the modules of this tree that are not in the copy.
     (tmp_path / "sitecustomize.py").write_text(
@@ -133,5 +133,8 @@ def test_the_core_does_without_extensions(tmp_path: Path) -> None:
         "callback, stream, whiteboard | csv | csv, vcd, svg, itf |  |  | none, posix",
         "there is no kind of port `mqtt`; there are: callback, stream, whiteboard",
     ]
-    folders = ("tests/runtime/ports", "tests/runtime/deciding", "tests/runtime/debugging", "tests/test_registry.py")
+    folders = (
+        "tests/runtime/ports", "tests/runtime/deciding", "tests/runtime/debugging", "tests/test_registry.py",
+        "tests/report/test_codes_explained.py", "tests/project/test_diagnostics_page.py",
+    )  # fmt: skip
     python("-m", "pytest", "-q", "-p", "no:llfsm", "-p", "no:cacheprovider", "-m", "not slow and not long", *folders)

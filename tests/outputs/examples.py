@@ -13,54 +13,23 @@ import subprocess
 import sys
 from collections.abc import Collection, Mapping
 from contextlib import chdir
-from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from benchmarks.ring import ring
-from llfsm_verify.report.codes import all_codes
+from llfsm_verify.report.codes import OF_OTHERS, SECTIONS
 from tests.bad_input.messages import wrong
 from tests.cli.running import llfsm
+from tests.outputs.provoking import BUILD, GO, LAMP, Provoked, does, model, states
 
-KEPT = Path(__file__).parents[2] / "llfsm_verify" / "report" / "examples.json"
+ROOT = Path(__file__).parents[2]
+KEPT = ROOT / "llfsm_verify" / "report" / "examples.json"
 PRINTED = re.compile(r"^(?![ │|]).*?\b(?:error|warning|note)\[([A-Z]\d{3})\]: .*(?:\n {2,}.*)*", re.MULTILINE)
 """A diagnostic: its line, and those below that are indented."""
-
-
-@dataclass(frozen=True, slots=True)
-class Provoked:
-    """The last of `commands` makes the program say the diagnostic, in a folder with these files."""
-
-    commands: tuple[str, ...]
-    files: Mapping[str, str] = field(default_factory=dict)
-
-
-def _states(text: str, board: str = "", top: str = "") -> dict[str, str]:
-    """An arrangement of one machine with these states."""
-    states = "".join(f"        - {line}\n" for line in text.strip().split("\n"))
-    board = f"whiteboard: {{{board}}}\n" if board else ""
-    machine = f"machines:\n  m:\n    inline:\n      machine: M\n      states:\n{states}"
-    return {"a.yaml": f"cycle_ms: 100\n{top}{board}{machine}schedule: [m]\n"}
-
-
-def _does(action: str, board: str, top: str = "") -> dict[str, str]:
-    return _states(f'{{name: A, internal: "{action}", stays: true}}', board, top)
-
-
-def _model(action: str, board: str, variables: str = "") -> dict[str, str]:
-    """An arrangement with a model of the surroundings that does this."""
-    lines = ["environment:", "  inline:", "    machine: Road"]
-    lines += [f"    variables: {{{variables}}}"] if variables else []
-    lines += ["    states:", f'      - {{name: S, internal: "{action}", stays: true}}']
-    return _states("{name: A, stays: true}", board, "\n".join(lines) + "\n")
-
-
-GO = "go: {type: bool, role: input}"
-LAMP = _states("{name: OFF, transitions: [{when: go, to: ON}]}\n{name: ON, transitions: [{when: not go, to: OFF}]}", GO)
 RECORD = "llfsm run a.yaml --rate 0 --for 1s --set go=true --record lamp.rec"
-HEATER = _does("heat = not warm;", "warm: {type: bool, role: input}, heat: {type: bool, role: output}")
+HEATER = does("heat = not warm;", "warm: {type: bool, role: input}, heat: {type: bool, role: output}")
 GUARD = "llfsm guard a.yaml -p 'G (warm -> !heat)' --fallback heat=false --no-proof -o guarded"
-BUILD = "llfsm build a.yaml --target c --for none -o made"
 DOUBLED = "".join(f"define p{i + 1}: p{i} && X p{i}\n" for i in range(20))
 RING = "llfsm verify ring.yaml --keep-all-bits --max-states 9000"
 AUTOMATON = 'automaton never bad: "bad.hoa"\n'
@@ -138,7 +107,7 @@ PROVOKED: dict[str, Provoked] = {
     "E011": Provoked(("llfsm lint a.yaml",), {"a.yaml": ""}),
     "E193": Provoked(
         ("llfsm verify a.yaml",),
-        _does("n = a * b * a;", "a: {type: int64, role: input}, b: {type: int64, role: input}, n: {type: int}"),
+        does("n = a * b * a;", "a: {type: int64, role: input}, b: {type: int64, role: input}, n: {type: int}"),
     ),
     "E301": Provoked(("llfsm verify a.yaml lights.ltl",), LAMP),
     "E302": Provoked(("mkdir rules", "llfsm verify a.yaml rules"), LAMP),
@@ -197,10 +166,7 @@ PROVOKED: dict[str, Provoked] = {
         {"ring.yaml": ring(4, 3)},
     ),
     "E415": Provoked((f"{CHECKED} --checkpoint a.yaml",), LAMP),
-    "E420": Provoked(("llfsm kripke a.yaml --format smv",), _does("n = n + 1;", "n: {type: int}")),
-    "E421": Provoked(("llfsm kripke a.yaml --format promela",), _does("n = n * n / 100000;", "n: {type: 0..100000}")),
     "E422": Provoked(("llfsm kripke a.yaml --format json -o a.yaml",), LAMP),
-    "E424": Provoked(("llfsm kripke a.yaml --format promela -p 'x: F (go && X[12] m@ON)'",), LAMP),
     "E430": Provoked(("llfsm monitor 'G !m.ran' --arrangement a.yaml --as machine",), LAMP),
     "E431": Provoked(("llfsm monitor 'G (n == 3)' --as machine",)),
     "E432": Provoked(("llfsm monitor 'G F m@ON' --arrangement a.yaml --as machine",), LAMP),
@@ -274,10 +240,10 @@ PROVOKED: dict[str, Provoked] = {
     "E500": Provoked(("llfsm audit verify no/such/folder/lamp.log",)),
     "E502": Provoked(("ulimit -n 24; llfsm run a.yaml --whiteboard lamp",), LAMP),
     "E501": Provoked(("llfsm audit verify lamp.log",), {"lamp.log": "mine\n"}),
-    "E503": Provoked((BUILD,), _states("{name: A, stays: true}", "", "profile: clfsm\n")),
+    "E503": Provoked((BUILD,), states("{name: A, stays: true}", "", "profile: clfsm\n")),
     "E504": Provoked(
         (BUILD,),
-        _does(
+        does(
             "x = k[0];",
             "k_0: {type: bool, role: input}, k: {type: {array: bool, size: 2}, role: input}, x: {type: bool}",
         ),
@@ -290,48 +256,46 @@ PROVOKED: dict[str, Provoked] = {
     "E522": Provoked(("llfsm coverage a.yaml lamp.json",), LAMP | {"lamp.json": '{"vectors": 1,\n "unit": }\n'}),
     "E523": Provoked(("llfsm coverage a.yaml --vectors a.yaml",), LAMP),
     "E505": Provoked((BUILD.replace("made", "."),), LAMP | {"a.c": "int x;\n"}),
-    "E506": Provoked((f"{BUILD.replace('none', 'avr')} --pins pins.yaml",), LAMP | {"pins.yaml": "pins: {go: PB9}\n"}),
-    "E507": Provoked((f"{BUILD.replace('none', 'avr')} --clock-hz 4000",), LAMP),
-    "E515": Provoked((f"{BUILD} -p 'x: G !env@S'",), _model("far = 1;", "far: {type: 0..3, role: input}")),
+    "E515": Provoked((f"{BUILD} -p 'x: G !env@S'",), model("far = 1;", "far: {type: 0..3, role: input}")),
     "E516": Provoked(
         (f"{BUILD} -p 'x: G (go -> F[0:999] m@ON) && G (m@ON -> F[0:998] !go) && G (!go -> F[0:997] m@OFF)'",), LAMP
     ),
-    "E517": Provoked((f"{BUILD} -p 'x: G (n + 1 > 3)'",), _does("n = 1;", "n: {type: int}")),
+    "E517": Provoked((f"{BUILD} -p 'x: G (n + 1 > 3)'",), does("n = 1;", "n: {type: int}")),
     "E525": Provoked((BUILD,), {"a.yaml": "name: signal\n" + LAMP["a.yaml"]}),
     "E508": Provoked((f"{BUILD} --verify --cc no-such-compiler",), LAMP),
     "E509": Provoked((f"{BUILD} --verify --vectors v.json",), LAMP | {"v.json": OF_ANOTHER}),
-    "F001": _fault(_does("if (car) n += 1;", "car: {type: bool, role: input}, n: {type: 0..3}")),
-    "F002": _fault(_does("share = 100 / n;", "n: {type: 0..9, role: input}, share: {type: 0..100}")),
-    "F003": _fault(_does("seen[i] = true;", "i: {type: 0..4, role: input}, seen: {type: {array: bool, size: 4}}")),
-    "F004": _fault(_does("root = floor(sqrt(n));", "n: {type: -9..9, role: input}, root: {type: 0..3}")),
-    "F005": _fault(_does("mask = mask << k;", "k: {type: 0..9, role: input}, mask: {type: uint8, init: 1}")),
-    "F011": _fault(_model("far = far + 1;", "far: {type: 0..3, role: input}")),
-    "F012": _fault(_model("far = 9 / far;", "far: {type: 0..9, role: input}")),
+    "F001": _fault(does("if (car) n += 1;", "car: {type: bool, role: input}, n: {type: 0..3}")),
+    "F002": _fault(does("share = 100 / n;", "n: {type: 0..9, role: input}, share: {type: 0..100}")),
+    "F003": _fault(does("seen[i] = true;", "i: {type: 0..4, role: input}, seen: {type: {array: bool, size: 4}}")),
+    "F004": _fault(does("root = floor(sqrt(n));", "n: {type: -9..9, role: input}, root: {type: 0..3}")),
+    "F005": _fault(does("mask = mask << k;", "k: {type: 0..9, role: input}, mask: {type: uint8, init: 1}")),
+    "F011": _fault(model("far = far + 1;", "far: {type: 0..3, role: input}")),
+    "F012": _fault(model("far = 9 / far;", "far: {type: 0..9, role: input}")),
     "F013": _fault(
-        _model(
+        model(
             "far = road[k]; k += 1;",
             "far: {type: 0..9, role: input}",
             "road: {type: {array: 0..9, size: 4}}, k: {type: 0..9}",
         )
     ),
-    "F014": _fault(_model("far = floor(sqrt(far - 1));", "far: {type: 0..9, role: input}")),
-    "F015": _fault(_model("far = far << far;", "far: {type: uint8, init: 8, role: input}")),
+    "F014": _fault(model("far = floor(sqrt(far - 1));", "far: {type: 0..9, role: input}")),
+    "F015": _fault(model("far = far << far;", "far: {type: uint8, init: 8, role: input}")),
     "L001": _lint(
-        _states(
+        states(
             "{name: SLOW, transitions: [{when: v > 5, to: FAST}, {when: v > 7, to: SLOW}]}\n"
             "{name: FAST, transitions: [{when: v < 3, to: SLOW}]}",
             "v: {type: 0..9, role: input}",
         )
     ),
     "L002": _lint(
-        _states(
+        states(
             "{name: OFF, transitions: [{when: go, to: ON}]}\n{name: ON, transitions: [{when: not go, to: OFF}]}\n"
             "{name: BROKEN, transitions: [{when: true, to: OFF}]}",
             GO,
         )
     ),
     "L003": _lint(
-        _states(
+        states(
             "{name: REST, transitions: [{when: up, to: RISE}, {when: down, to: SINK}]}\n"
             "{name: RISE, transitions: [{when: not up, to: REST}]}\n"
             "{name: SINK, transitions: [{when: not down, to: REST}]}",
@@ -339,31 +303,31 @@ PROVOKED: dict[str, Provoked] = {
         )
     ),
     "L004": _lint(
-        _states(
+        states(
             "{name: SLOW, transitions: [{when: v > 5 || v < 8, to: FAST}]}\n"
             "{name: FAST, transitions: [{when: v < 3, to: SLOW}]}",
             "v: {type: 0..9, role: input}",
         )
     ),
     "L005": _lint(
-        _does("if (v > 8 && v < 5) lamp = true;", "v: {type: 0..9, role: input}, lamp: {type: bool, role: output}")
+        does("if (v > 8 && v < 5) lamp = true;", "v: {type: 0..9, role: input}, lamp: {type: bool, role: output}")
     ),
     "L006": _lint(
-        _states(
+        states(
             "{name: A, transitions: [{when: go, to: B}]}\n"
             '{name: B, on_entry: "n = 9; n = n + 1;", transitions: [{when: not go, to: A}]}',
             f"{GO}, n: {{type: 0..9, role: output}}",
         )
     ),
-    "L007": _lint(_does("if (car) n += 1;", "car: {type: bool, role: input}, n: {type: 0..3, role: output}")),
-    "L008": _lint(_does("share = 100 / n;", "n: {type: 0..9, role: input}, share: {type: 0..100, role: output}")),
+    "L007": _lint(does("if (car) n += 1;", "car: {type: bool, role: input}, n: {type: 0..3, role: output}")),
+    "L008": _lint(does("share = 100 / n;", "n: {type: 0..9, role: input}, share: {type: 0..100, role: output}")),
     "L009": _lint(
-        _does("seen[i] = true;", "i: {type: 0..4, role: input}, seen: {type: {array: bool, size: 4}, role: output}")
+        does("seen[i] = true;", "i: {type: 0..4, role: input}, seen: {type: {array: bool, size: 4}, role: output}")
     ),
-    "L010": _lint(_does("n = go ? 1 : 0;", f"{GO}, n: {{type: 0..1}}")),
-    "L011": _lint(_does("lamp = true; lamp = go;", f"{GO}, lamp: {{type: bool, role: output}}")),
+    "L010": _lint(does("n = go ? 1 : 0;", f"{GO}, n: {{type: 0..1}}")),
+    "L011": _lint(does("lamp = true; lamp = go;", f"{GO}, lamp: {{type: bool, role: output}}")),
     "L012": _lint(
-        _states(
+        states(
             "{name: A, transitions: [{when: go, to: B}]}\n"
             "{name: B, on_entry: n = 5;, transitions: [{when: n > 5, to: A}]}",
             f"{GO}, n: {{type: 0..9}}",
@@ -399,8 +363,8 @@ processes: {left: [a], right: [b]}
 """
         }
     ),
-    "L015": _lint(_states("{name: A, internal: lamp = go;}", f"{GO}, lamp: {{type: bool, role: output}}")),
-    "L016": _lint(_model("n = 1;", GO, "n: {type: 0..3}")),
+    "L015": _lint(states("{name: A, internal: lamp = go;}", f"{GO}, lamp: {{type: bool, role: output}}")),
+    "L016": _lint(model("n = 1;", GO, "n: {type: 0..3}")),
     "L017": _lint(
         {
             "a.yaml": f"""\
@@ -417,12 +381,12 @@ schedule: [part, owner]
 """
         }
     ),
-    "L018": _lint(_does("root = floor(sqrt(n));", "n: {type: -9..9, role: input}, root: {type: 0..3, role: output}")),
+    "L018": _lint(does("root = floor(sqrt(n));", "n: {type: -9..9, role: input}, root: {type: 0..3, role: output}")),
     "L019": _lint(
-        _does("mask = mask << k;", "k: {type: 0..9, role: input}, mask: {type: uint8, init: 1, role: output}")
+        does("mask = mask << k;", "k: {type: 0..9, role: input}, mask: {type: uint8, init: 1, role: output}")
     ),
     "L020": _lint({"a.yaml": f"lint: {{L003: the first one shall win}}\n{LAMP['a.yaml']}"}),
-    "L021": _lint(_states("{name: A, stays: true}", GO)),
+    "L021": _lint(states("{name: A, stays: true}", GO)),
     "L022": _lint({"a.yaml": f"types: {{Phase: [DAY, NIGHT]}}\n{LAMP['a.yaml']}"}),
     "L023": _lint(
         {
@@ -453,14 +417,12 @@ schedule: [a, b]
         }
     ),
     "L025": _lint(
-        _states(
+        states(
             "{name: A, internal: lamp = go;, transitions: [{when: true, to: A}]}",
             f"{GO}, lamp: {{type: bool, role: output}}",
         )
     ),
-    "L026": _lint(
-        _states("{name: A, transitions: [{when: go, to: A}, {when: after(9) && !go, to: B}]}\n{name: B}", GO)
-    ),
+    "L026": _lint(states("{name: A, transitions: [{when: go, to: A}, {when: after(9) && !go, to: B}]}\n{name: B}", GO)),
     "W001": _lint(
         {
             "a.yaml": LAMP["a.yaml"]
@@ -468,13 +430,13 @@ schedule: [a, b]
             .replace("schedule", "    parameters: {limit: 3}\nschedule")
         }
     ),
-    "W002": _lint(_does("if (n < 16) lamp = true;", "n: {type: 0..9, role: input}, lamp: {type: bool, role: output}")),
-    "W003": Provoked(("llfsm monitor 'G env@S' --arrangement a.yaml --as table",), _model("go = choose(bool);", GO)),
+    "W002": _lint(does("if (n < 16) lamp = true;", "n: {type: 0..9, role: input}, lamp: {type: bool, role: output}")),
+    "W003": Provoked(("llfsm monitor 'G env@S' --arrangement a.yaml --as table",), model("go = choose(bool);", GO)),
     "W301": Provoked(("llfsm monitor 'G (go -> X[12] m@ON)' --arrangement a.yaml --as machine",), LAMP),
     "W302": _rule("x: go -> F m@ON"),
     "W303": _rule(
         "x: G (n == 3.5 -> lamp)",
-        _does("lamp = n > 3;", "n: {type: 0..9, role: input}, lamp: {type: bool, role: output}"),
+        does("lamp = n > 3;", "n: {type: 0..9, role: input}, lamp: {type: bool, role: output}"),
     ),
     "W304": _rule("x: G (go -> F[<=150ms] m@ON)"),
     "W402": Provoked(
@@ -485,7 +447,10 @@ schedule: [a, b]
         {"ring.yaml": ring(4, 3)},
     ),
 }
-
+for _name in OF_OTHERS.ours:
+    _folder = OF_OTHERS[_name].place.split(".")[2]
+    if (ROOT / "tests" / "extensions" / _folder / "examples.py").exists():
+        PROVOKED |= import_module(f"tests.extensions.{_folder}.examples").PROVOKED
 
 ELSEWHERE = {
     "E165": "needs a running arrangement: tests/runtime/swapping/test_policies.py",
@@ -496,6 +461,15 @@ ELSEWHERE = {
     "W401": "needs a trace of very many steps, or a smaller limit: tests/cli/commands/test_replay.py",
 }
 """Codes whose example was copied by hand from what the program said, and why no command here provokes them."""
+
+
+def places() -> dict[str, Path]:
+    """Where the examples of each code are: of the core, or in the folder of an extension."""
+    found = {code: KEPT for _, codes in SECTIONS for code in codes}
+    for name in OF_OTHERS.ours:
+        folder = ROOT.joinpath(*OF_OTHERS[name].place.partition(":")[0].split(".")[:-1])
+        found |= dict.fromkeys(OF_OTHERS.load(name), folder / "examples.json")
+    return found
 
 
 def of_wrong_texts() -> dict[str, list[str]]:
@@ -535,12 +509,14 @@ def _run(command: str) -> str:
 
 def keep(texts: Mapping[str, str]) -> None:
     """Write these examples in the place of what their codes had. Of wrong texts an example stays while it is true."""
-    kept: dict[str, str] = json.loads(KEPT.read_text(encoding="utf-8"))
+    homes = places()
     told = of_wrong_texts()
-    kept |= {code: said[0] for code, said in told.items() if kept.get(code) not in said}
-    kept |= {code: text for code, text in texts.items() if code not in told}
-    known = {code: text for code, text in sorted(kept.items()) if code in all_codes()}
-    KEPT.write_text(json.dumps(known, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    for file in set(homes.values()):
+        kept: dict[str, str] = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+        kept |= {code: said[0] for code, said in told.items() if kept.get(code) not in said}
+        kept |= {code: text for code, text in texts.items() if code not in told}
+        known = {code: text for code, text in sorted(kept.items()) if homes.get(code) == file}
+        file.write_text(json.dumps(known, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 def main(codes: Collection[str]) -> None:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 
 import pytest
 
-from llfsm_verify.report.codes import MENDS, all_codes, explained
+from llfsm_verify.registry import Entry
+from llfsm_verify.report.codes import MENDS, OF_OTHERS, all_codes, everyone, explained, meanings, ours
 from tests.cli.running import llfsm
 from tests.outputs import examples
-from tests.outputs.examples import ELSEWHERE, KEPT, PROVOKED, example, of_wrong_texts
+from tests.outputs.examples import ELSEWHERE, PROVOKED, example, of_wrong_texts, places
 
-EXAMPLES = json.loads(KEPT.read_text(encoding="utf-8"))
+EXAMPLES = {code: text for section in ours() for code, text in section.examples.items()}
 
 
 def test_each_code_has_an_example_that_names_no_machine():
@@ -73,3 +73,52 @@ def test_what_is_no_code_is_said(word, told):
     done = llfsm("explain", word)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith(f"error: there is no diagnostic `{word.upper()}`; {told}")
+
+
+class Point:
+    """An entry point of another package, whose list of codes is here under a name."""
+
+    dist = None
+
+    def __init__(self, name: str) -> None:
+        self.name, self.value = name, f"theirs:{name}"
+
+    def load(self) -> Entry:
+        return Entry(self.name, f"{__name__}:{self.name.upper()}", f"Codes of {self.name}")
+
+
+BIKES = {"E900": "A bicycle without a bell.", "E110": "A bicycle without a light."}
+CARS, BOATS, PLANES = {"E9": "A car."}, {"E901": ""}, ["E902"]
+
+
+@pytest.fixture
+def theirs(monkeypatch):
+    points = [Point(name) for name in ("bikes", "boats", "cars", "planes", "trains")]
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda group: points if group == OF_OTHERS.group else [])
+    monkeypatch.setattr(OF_OTHERS, "_entries", dict(OF_OTHERS._entries))
+    monkeypatch.setattr(OF_OTHERS, "_broken", None)
+
+
+@pytest.mark.usefixtures("theirs")
+def test_codes_of_other_packages_are_explained_and_what_is_wrong_with_them_is_a_note():
+    done = llfsm("explain", "e900", "E110")
+    assert done.returncode == 0 and done.stdout == f"E900: A bicycle without a bell.\n\n{explained('E110')}\n"
+    list_of = "note: the list of codes `{}` of another package cannot be used ({})"
+    assert done.stderr.splitlines() == [
+        "note: E110 of the list of codes `bikes` of another package has a meaning already",
+        list_of.format("boats", "E901 has no meaning"),
+        list_of.format("cars", "`E9` is not one of the letters EFLW with three digits"),
+        list_of.format("planes", f"{__name__}:PLANES is not a mapping"),
+        list_of.format("trains", f"AttributeError: module '{__name__}' has no attribute 'TRAINS'"),
+    ]
+    assert "E900" not in all_codes()
+    sections, _ = everyone()
+    assert meanings(sections) == all_codes() | {"E900": BIKES["E900"]}
+    assert llfsm("explain").stdout.endswith("Codes of bikes\n  E900  A bicycle without a bell.\n")
+
+
+def test_codes_of_an_extension_have_their_examples_beside_them():
+    for name in OF_OTHERS.ours:
+        (section,) = (one for one in ours() if one.codes is OF_OTHERS.load(name))
+        assert section.title == OF_OTHERS[name].about and section.examples.keys() == section.codes.keys()
+        assert {places()[code].parent.name for code in section.codes} == {OF_OTHERS[name].place.split(".")[2]}

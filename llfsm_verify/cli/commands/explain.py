@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 
-from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.parser import Parser, UsageError
 from llfsm_verify.registry import meant
 
@@ -23,20 +23,22 @@ def arguments(parser: Parser) -> None:
 
 def run(options: Namespace) -> int:
     """Explains each code of `options.code`, or lists all; returns 2 when one of them is not a code."""
-    from llfsm_verify.report.codes import SECTIONS, all_codes, explained, sentence
+    from llfsm_verify.report.codes import everyone, explained, meanings, sentence
 
-    codes = all_codes()
+    sections, broken = everyone()
+    codes = meanings(sections)
+    tell(*(f"note: {each}" for each in broken))
     wanted = [code.upper() for code in options.code]
     for code in wanted:
         if code not in codes:
             listed = "; `llfsm explain` lists them"
             raise UsageError(f"there is no diagnostic `{code[:100]}`{meant(code, codes) or listed}")
     if wanted:
-        text = "\n".join(explained(code) + "\n" for code in wanted)
+        text = "\n".join(explained(code, sections) + "\n" for code in wanted)
     else:
         text = "\n".join(
-            "\n".join([title, *(f"  {code}  {sentence(meaning)}" for code, meaning in found.items()), ""])
-            for title, found in SECTIONS
+            "\n".join([s.title, *(f"  {code}  {sentence(meaning)}" for code, meaning in s.codes.items()), ""])
+            for s in sections
         )
     Output().plain(text)
     return 0

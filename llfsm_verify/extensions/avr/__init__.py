@@ -25,5 +25,6 @@ from __future__ import annotations
 from llfsm_verify.plug import Entry
 
 ENTRIES = {
+    "llfsm_verify.codes": (Entry("avr", f"{__name__}.codes:CODES", "Images for AVR microcontrollers"),),
     "llfsm_verify.worlds": (Entry("avr", f"{__name__}.world:AVR", "a program for a microcontroller, with its pins"),),
 }

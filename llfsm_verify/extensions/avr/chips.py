@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from llfsm_verify import Diagnostic, DiagnosticError
-from llfsm_verify.plug import WRONG_TICK, did_you_mean
+from llfsm_verify.extensions.avr.codes import WRONG_TICK
+from llfsm_verify.plug import did_you_mean
 
 PRESCALERS = {
     1: "_BV(CS10)",

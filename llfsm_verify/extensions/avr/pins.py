@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from llfsm_verify import Diagnostic, DiagnosticError
 from llfsm_verify.extensions.avr.chips import Chip
+from llfsm_verify.extensions.avr.codes import WRONG_PINS
 from llfsm_verify.plug import (
-    WRONG_PINS,
     Int,
     MappingNode,
     Node,

@@ -10,10 +10,11 @@ from pathlib import Path
 from llfsm_verify import Diagnostic, DiagnosticError
 from llfsm_verify.extensions.avr.bench import FLAGS, bench
 from llfsm_verify.extensions.avr.chips import PRESCALERS, Chip, Tick, chip_of, tick_of
+from llfsm_verify.extensions.avr.codes import WRONG_PINS, WRONG_TICK
 from llfsm_verify.extensions.avr.pins import Wanted as Wired
 from llfsm_verify.extensions.avr.pins import Wire, read_pins, suggested
 from llfsm_verify.plug import C_MARK as MARK
-from llfsm_verify.plug import OPERATOR, WRONG_PINS, WRONG_TICK, Choice, Int, Made, World, element_names, stored_as
+from llfsm_verify.plug import OPERATOR, Choice, Int, Made, World, element_names, stored_as
 from llfsm_verify.plug import CField as Field
 from llfsm_verify.plug import CImage as Image
 from llfsm_verify.plug import TargetWanted as Wanted

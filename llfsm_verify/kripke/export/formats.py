@@ -22,13 +22,10 @@ STRUCTURES: Registry[Callable[[Structure], Iterable[str | bytes]]] = Registry(
 )
 """Each gives the portions of a file."""
 MODELS: Registry[Callable[[Specification], str]] = Registry("format of models", (), "llfsm_verify.models")
-"""Each gives the text of a model, or raises DiagnosticError (E420, E421, E424)."""
+"""Each gives the text of a model, or raises DiagnosticError."""
 
 
 CODES: dict[str, str] = {
-    "E420": "A value of type `int` in a model for a checker that has no such integers.",
-    "E421": "A value that a model for another checker cannot hold in 32 bits.",
     "E422": "A structure or model cannot be written there.",
     "E423": "A graph of networkx needs the package networkx.",
-    "E424": "A property is too large for a model of SPIN (its automaton) or SMV (its text).",
 }

@@ -35,7 +35,7 @@ CUT_SHORT = 4
 
 def run(options: Namespace) -> int:
     """Returns 0, or 4 when a limit ended it; raises DiagnosticError for wrong files and where nothing can be written
-    (E420 to E422, E424)."""
+    (E422, and what a model cannot hold)."""
     wanted = _format(options)
     if wanted is None:
         endings = ", ".join([*STRUCTURES.suffixes, *MODELS.suffixes])
