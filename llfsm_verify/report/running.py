@@ -37,6 +37,8 @@ def report_lines(
     )
     if report.priority is not None:
         yield report.priority
+    if report.external:
+        yield "the clock was external: a port began each cycle"
     if report.lateness is not None and report.lateness.turns:
         yield _lateness(report.lateness)
     if report.refused:

@@ -19,6 +19,7 @@ from llfsm_verify.runtime.live import control, forks
 from llfsm_verify.runtime.live.control import words
 from llfsm_verify.runtime.live.frame import CYCLE, DETAIL, ENDING, MOVED
 from llfsm_verify.runtime.live.loop import Loop
+from llfsm_verify.runtime.live.pace import Pace
 from llfsm_verify.runtime.live.protocols import FrameLog, Published
 
 PERCENTILES = (50.0, 99.0, 99.9)
@@ -67,13 +68,15 @@ class RunReport:
     """Of each monitor: its property, its verdict, and the number of the frame that decided it, or 0."""
     never_visited: Mapping[str, tuple[str, ...]] | None = None
     """Of a simulation, by machine: the states in which it never was."""
+    external: bool = False
+    """Whether cycles began when a port said so."""
 
 
 class Running(ABC):
     """A loop on its way from its first frame to its last one, elsewhere: on a thread, or in processes.
 
     `shared` is where the loop publishes its frames, if it does. `priority` 1 to 99 asks for the system's
-    first-in-first-out schedule (children of the process do not inherit it).
+    first-in-first-out schedule (children of the process do not inherit it). With `pace`, cycles begin from outside.
     """
 
     def __init__(
@@ -83,8 +86,10 @@ class Running(ABC):
         *,
         shared: Published | None = None,
         priority: int | None = None,
+        pace: Pace | None = None,
     ) -> None:
         self.loop = loop
+        self._pace = pace
         loop.control[control.UNTIL_SETTLED] = bool(loop.code.monitors)
         self.shared = shared
         self._recorder = recorder
@@ -172,7 +177,9 @@ class Running(ABC):
     def _drive(self) -> int:
         """Turns until there is a reason to return that others must know."""
         reason = control.FULL
-        while reason in (control.FULL, control.DECIDED):
+        while reason in (control.FULL, control.DECIDED) or (reason == control.DONE and self._pace is not None):
+            if reason == control.DONE and self._pace is not None:
+                self._pace.wait(self.loop)
             if self.loop.stops_on_violation and "violated" in self.loop.verdicts:  # it may be so before the first turn
                 return control.DECIDED
             reason = self.loop.go()
@@ -193,7 +200,11 @@ class Running(ABC):
     def _kept(self) -> set[int]:
         """Descriptors that a process needs which runs the loop, or ends it."""
         own = () if self.shared is None else self.shared.descriptors
-        return {*own, *([] if self._recorder is None else [self._recorder.fileno()])}
+        return {
+            *own,
+            *(() if self._pace is None else self._pace.descriptors),
+            *([] if self._recorder is None else [self._recorder.fileno()]),
+        }
 
     def _outlive(self, detail: int = signal.SIGKILL) -> None:
         """Commit the last frame where the loop does not run any more, unless it is there already. In a process that was
@@ -245,6 +256,7 @@ class Running(ABC):
             ending, site, loop.number, cycles, loop.steps, self._seconds, block[control.REFUSED], lateness(loop),
             self._granted, self._unrecorded, loop.number if self._unrecorded is None else self._recorded,
             frame[DETAIL], tuple(zip(loop.code.monitors, loop.verdicts, loop.decided, strict=True)), loop.never_visited,
+            self._pace is not None,
         )  # fmt: skip
 
 
@@ -262,8 +274,9 @@ class Run(Running):
         *,
         shared: Published | None = None,
         priority: int | None = None,
+        pace: Pace | None = None,
     ) -> None:
-        super().__init__(loop, recorder, shared=shared, priority=priority)
+        super().__init__(loop, recorder, shared=shared, priority=priority, pace=pace)
         self._guardian: tuple[forks.Lifeline, forks.Child] | None = None
         """The process that outlives this one, if there is one."""
         if shared is not None and (loop.code.safe or recorder is not None):

@@ -21,6 +21,7 @@ from contextlib import suppress
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.runtime.live import control, forks
 from llfsm_verify.runtime.live.loop import Loop
+from llfsm_verify.runtime.live.pace import Pace
 from llfsm_verify.runtime.live.protocols import FrameLog, Published
 from llfsm_verify.runtime.live.run import Running
 
@@ -48,8 +49,9 @@ class Supervised(Running):
         *,
         priority: int | None = None,
         together: bool = False,
+        pace: Pace | None = None,
     ) -> None:
-        super().__init__(loop, recorder, shared=shared, priority=priority)
+        super().__init__(loop, recorder, shared=shared, priority=priority, pace=pace)
         count = 1 if together else len(loop.code.program.processes)
         self._mine = [-1] if count == 1 else list(range(count))
         self._tokens = [os.pipe() for _ in range(count)]

@@ -140,9 +140,22 @@ class _Reader:
         started = kind.settings(report, found, what, self._folder)
         if started is None:
             return None
+        if started.paces:
+            self._take("the clock", key.span, "two ports begin the cycles of the run")
         for held in started.holds:
             self._take(held, key.span, f"{what} needs {held}, which another port has")
-        return PortSpec(name, started.start, inputs, outputs, on_failure, timeout, safe, started.holds, key.span)
+        return PortSpec(
+            name,
+            started.start,
+            inputs,
+            outputs,
+            on_failure,
+            timeout,
+            safe,
+            started.holds,
+            key.span,
+            started.paces,
+        )
 
     def _kind(self, mapping: MappingNode, what: str) -> Kind | None:
         node = next((value for key, value in mapping.items if key.text == "kind"), None)

@@ -50,6 +50,9 @@ class Link(Protocol):
     def lost(self, why: str, *, forever: bool = False) -> None:
         """Where messages come from is gone: `forever`, or it may come back by itself."""
 
+    def cycle(self, number: int, values: Mapping[str, Json]) -> None:
+        """With `clock: external`: the next cycle begins, and has these values of some fields."""
+
     def sent(self) -> None:
         """A message is on its way, as a whole."""
 
@@ -107,6 +110,8 @@ class PortSpec:
     holds: tuple[str, ...] = ()
     """What no other port of the run can have."""
     span: Span | None = None
+    paces: bool = False
+    """Cycles begin when this port says so, and it is sent the frame at the end of each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +121,8 @@ class Started:
     start: Opener
     holds: tuple[str, ...] = ()
     """What no other port of the run can have, such as ``standard input``, in words."""
+    paces: bool = False
+    """As of `PortSpec`."""
 
 
 class Kind(Protocol):

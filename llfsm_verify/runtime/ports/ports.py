@@ -13,6 +13,7 @@ from typing import TypeVar
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.live.frame import NUMBER
+from llfsm_verify.runtime.live.pace import Pace
 from llfsm_verify.runtime.live.slots import Slot
 from llfsm_verify.runtime.ports import UNOPENED
 from llfsm_verify.runtime.ports.port import Port, PortSpec, Unopened
@@ -42,11 +43,19 @@ class RunLink:
     """The link of one port.
 
     An input fails when its port says that it is lost, or when it has had no message for the time-out; with a time-out,
-    what may come back by itself has that long. It has failed until its next message.
+    what may come back by itself has that long. It has failed until its next message. With `pace` it begins cycles.
     """
 
-    def __init__(self, spec: PortSpec, posts: Posts, say: Callable[[str], None], clock: Callable[[], float]) -> None:
+    def __init__(
+        self,
+        spec: PortSpec,
+        posts: Posts,
+        say: Callable[[str], None],
+        clock: Callable[[], float],
+        pace: Pace | None = None,
+    ) -> None:
         self.spec = spec
+        self.pace = pace
         self.name, self.fields = spec.name, frozenset(spec.inputs.values())
         self.counts = Counts()
         self.stop: str | None = None
@@ -56,6 +65,8 @@ class RunLink:
         self._posts, self._say, self._clock = posts, say, clock
         now = clock()
         self._heard = dict.fromkeys(spec.inputs, now)
+        self._ended = now
+        """When the last cycle has ended that this port began."""
         self._failed: set[str] = set()
         self._said: set[str] = set()
 
@@ -65,7 +76,33 @@ class RunLink:
 
     def begin(self) -> None:
         """The run begins now: nothing could be heard before."""
-        self._heard = dict.fromkeys(self.spec.inputs, self._clock())
+        self._ended = self._clock()
+        self._heard = dict.fromkeys(self.spec.inputs, self._ended)
+
+    def cycle(self, number: int, values: Mapping[str, Json]) -> None:
+        """See `Link`: the loop reads these values where it begins the cycle."""
+        pace = self.pace
+        if pace is None:
+            self.malformed("a message begins a cycle, and the port has no `clock: external`")
+        elif pace.under_way:
+            self._misplaced(f"cycle {number:,} cannot begin before the frame of cycle {pace.next - 1:,} was sent")
+        elif number != pace.next:
+            self._misplaced(f"cycle {number:,} cannot begin where cycle {pace.next:,} is the next one")
+        elif not pace.over:
+            if values:
+                self.take(values)
+            pace.begin()
+
+    def _misplaced(self, why: str) -> None:
+        self.counts.malformed += 1
+        self._once("misplaced", why)
+
+    def cycle_ended(self) -> bool:
+        """Whether the cycle that this port began has ended; it is said once."""
+        if self.pace is None or not self.pace.ended():
+            return False
+        self._ended = self._clock()
+        return True
 
     def take(self, values: Mapping[str, Json]) -> None:
         """See `Link`: values that fit are posted, all together."""
@@ -111,7 +148,9 @@ class RunLink:
         self._once(f"unsent {why}", f"an output is not written: {why}")
 
     def look(self, now: float) -> None:
-        """Whether an input has waited for too long."""
+        """Whether an input, or the run, has waited for too long."""
+        if self.pace is not None and not self.pace.under_way and now - self._ended >= WAITING and not self.over:
+            self._once("waits", f"the run waits for cycle {self.pace.next:,}, which the port begins")
         limit = self.spec.timeout
         if limit is not None:
             late = [n for n, heard in self._heard.items() if n not in self._failed and now - heard >= limit]
@@ -144,6 +183,8 @@ class RunLink:
             self._say(f"port {self.name}: {what}")
 
 
+WAITING = 5.0
+"""Seconds without a cycle after which a port that begins them is reported."""
 FINISHING = 1.0
 """Seconds in which the last messages must be sent."""
 SHORTEST, LONGEST = 0.001, 0.02
@@ -158,7 +199,8 @@ class Ports:
     """The ports of a run, open until `finish`.
 
     They post to `posts`, read frames by `newest`, and call `stop` when the run shall end; they know nothing else of it.
-    `say` gets what happens, each kind of it once. DiagnosticError (E495): one cannot be opened, and none is open.
+    `say` gets what happens, each kind of it once. With `pace`, one of them begins cycles. DiagnosticError (E495): one
+    cannot be opened, and none is open.
     ModuleNotFoundError: a package is not installed.
     """
 
@@ -173,11 +215,12 @@ class Ports:
         stop: Callable[[], object] = lambda: None,
         say: Callable[[str], None] = lambda _: None,
         clock: Callable[[], float] = time.monotonic,
+        pace: Pace | None = None,
     ) -> None:
         self._newest = newest
         self._slots = {slot.name: slot for slot in slots}
         self._clock = clock
-        self._pause = min(max(period / 2, SHORTEST), LONGEST)
+        self._pause = LONGEST if pace is not None else min(max(period / 2, SHORTEST), LONGEST)
         self._frame = 1  # the first frame, before the first turn, has no values of inputs
         self._sent: dict[str, Mapping[str, Shown]] = {}
         self._open: list[tuple[RunLink, Port]] = []
@@ -185,13 +228,15 @@ class Ports:
         self._stop, self._stopped = stop, False
         self._outer, self._inner = select.epoll(), select.epoll()
         self._outer.register(self._inner, select.EPOLLIN)
+        if pace is not None:
+            self._outer.register(pace.fileno(), select.EPOLLIN)
         self._ports: dict[int, Port] = {}
         """By the descriptors that are watched."""
         self._plain: dict[int, int] = {}
         """Those that no epoll can watch, with their events."""
         try:
             for spec in specs:
-                link = RunLink(spec, posts, say, clock)
+                link = RunLink(spec, posts, say, clock, pace if spec.paces else None)
                 self._links.append(link)
                 self._open.append((link, spec.start(link)))
         except Unopened as problem:
@@ -238,7 +283,8 @@ class Ports:
             return
         self._move(min(seconds, self.patience))
         self._look()
-        if self.failure is not None and not self._stopped:
+        over = any(link.pace is not None and link.pace.over for link in self._links)
+        if (over or self.failure is not None) and not self._stopped:
             self._stopped = True
             self._stop()
 
@@ -286,16 +332,21 @@ class Ports:
             link.lost(f"the port has failed: {type(error).__name__}: {error}", forever=True)
             return None
 
-    def _look(self) -> None:
-        """Send what the newest frame has changed."""
+    def _look(self, *, last: bool = False) -> None:
+        """Send what the newest frame has changed; to a port that begins cycles, the frame at the end of each, and the
+        last one."""
+        ended = any(link.cycle_ended() for link in self._links)  # before the newest frame is read
         frame = self._newest()
-        if frame is None or frame[NUMBER] <= self._frame:
+        if frame is None:
             return
-        self._frame = frame[NUMBER]
+        new, self._frame = frame[NUMBER] > self._frame, max(frame[NUMBER], self._frame)
         for link, port in list(self._open):
-            if link.spec.outputs or port.every_frame:
+            due, always = new, port.every_frame
+            if link.pace is not None:
+                due, always = ended or last, ended or link.pace.under_way
+            if due and (link.spec.outputs or always):
                 values = {field: self._slots[name].value(frame) for name, field in link.spec.outputs.items()}
-                if port.every_frame or values != self._sent.get(link.name):
+                if always or values != self._sent.get(link.name):
                     self._send(link, port, values)
 
     def _send(self, link: RunLink, port: Port, values: Mapping[str, Shown]) -> None:
@@ -313,7 +364,7 @@ class Ports:
             return
         for link in self._links:
             link.over = True
-        self._look()
+        self._look(last=True)
         self._flush()
         if ending != "ended" and self._frame > 1:
             for link, port in list(self._open):

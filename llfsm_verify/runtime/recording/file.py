@@ -277,6 +277,8 @@ class Recording(Closing):
         """What is to be said before anything else."""
         old = "the recording is of format 1, which has no checksums: nothing tells whether a time in it was edited"
         found = () if self.has_checksums else (old,)
+        if self.header.get("clock") == "external":
+            found = *found, "its clock was external: a port began each cycle"
         build = self.header.get("build")
         words = [build.get(key) for key in ("target", "for", "layout")] if isinstance(build, Mapping) else []
         if not words or not all(isinstance(word, str) and WORD_OF_BUILD.fullmatch(word) for word in words):

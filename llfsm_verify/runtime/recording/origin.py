@@ -43,11 +43,13 @@ def header_of(
     syntax: str = "llfsm",
     digest: str | None = None,
     loaded: Sequence[Json] = (),
+    external: bool = False,
 ) -> dict[str, Json]:
     """What a recording says of the run: the texts of the arrangement and of monitored properties, and how it ran.
 
     `loaded`: machines that took the places of others, each with its instance, the name and the text of its file, and
     whether it was not checked; policies, in the same way without an instance. `digest` is then that of `sources`.
+    `external`: cycles began when a port said so.
     """
     folder, path = Path(arrangement.path).parent, arrangement.path
     files: dict[str, Json] = {os.path.relpath(source.name, folder): source.text for source in sources}
@@ -68,6 +70,7 @@ def header_of(
         "loaded": list(loaded),
         "policy": policy_digest(arrangement),
         "version": version("llfsm-verify"),
+        **({"clock": "external"} if external else {}),
     }
 
 

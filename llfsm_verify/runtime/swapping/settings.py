@@ -19,6 +19,7 @@ from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.program.program import Int
 from llfsm_verify.runtime.live import IMPOSSIBLE
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
+from llfsm_verify.runtime.live.pace import Pace
 from llfsm_verify.runtime.live.plan import NONE, Plan, plan
 from llfsm_verify.runtime.live.run import Run, Running
 from llfsm_verify.runtime.live.supervised import Supervised
@@ -69,6 +70,8 @@ class RunSettings:
     stops_on_violation: bool = False
     fed: frozenset[str] = frozenset()
     """Inputs that come from ports."""
+    pace: Pace | None = None
+    """With a clock outside; `rate` is 0 then."""
     record: str | Path | None = None
     sources: tuple[Source, ...] = ()
     """The texts of the first arrangement."""
@@ -131,8 +134,9 @@ class RunSettings:
         """The processes, or the thread, of a run that goes on when it is started. DiagnosticError: see `recorder`."""
         loop, recorder = shared.loop, self.recorder(arrangement, shared.loop, loaded)
         if self.processes == "thread":
-            return Run(loop, recorder, shared=shared, priority=self.priority)
-        return Supervised(loop, shared, recorder, priority=self.priority, together=self.processes == "together")
+            return Run(loop, recorder, shared=shared, priority=self.priority, pace=self.pace)
+        together = self.processes == "together"
+        return Supervised(loop, shared, recorder, priority=self.priority, together=together, pace=self.pace)
 
     def header(
         self, arrangement: Arrangement, loaded: Sequence[Loaded], free: Mapping[str, int], *, simulated: bool
@@ -141,5 +145,5 @@ class RunSettings:
         return header_of(
             self.sources, arrangement, simulated=simulated, seed=self.seed, free=free,
             properties=self.property_texts, syntax=self.syntax, digest=self.digest,
-            loaded=[[*one.change, one.unchecked] for one in loaded],
+            loaded=[[*one.change, one.unchecked] for one in loaded], external=self.pace is not None,
         )  # fmt: skip

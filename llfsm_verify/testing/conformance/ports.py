@@ -45,6 +45,9 @@ class _Heard:
     def lost(self, why: str, *, forever: bool = False) -> None:  # noqa: ARG002 - as a link has it
         demand(why, "why the other side is lost is not said")
 
+    def cycle(self, number: int, values: Mapping[str, Json]) -> None:
+        demand(number >= 0 and isinstance(values, Mapping), "a cycle has a number and values")
+
     def sent(self) -> None: ...
 
     def unsent(self, why: str) -> None:

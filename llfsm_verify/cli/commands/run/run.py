@@ -36,6 +36,7 @@ from llfsm_verify.report.running import port_lines, report_lines
 from llfsm_verify.runtime.launch import Launch, Launched, launched, serve
 from llfsm_verify.runtime.live import CROWDED, UNSERVED
 from llfsm_verify.runtime.live.loop import LiveCode, Prescribed
+from llfsm_verify.runtime.live.pace import Pace
 from llfsm_verify.runtime.live.plan import script_of
 from llfsm_verify.runtime.live.run import RunReport
 from llfsm_verify.runtime.live.signals import stopping
@@ -70,7 +71,7 @@ def run(options: Namespace) -> int:
         _enough_descriptors(),
         _audited(options.audit, draft.digest, ready.plan.arrangement) as audit,
         _launched(ready, audit, swaps=not scripted) as done,
-        opened(specs, done.shared, done.run.stop, options.record) as ports,
+        opened(specs, done.shared, done.run.stop, ready.settings) as ports,
         stopping(done.run.stop) as suspended,
         closing(Pictures(done.shared, ready)) if options.panel else nullcontext() as pictures,
     ):
@@ -136,11 +137,13 @@ def _ready(
     code = plan.code()
     specs = declared_ports(options.ports, code)
     settings = replace(settings, fed=frozenset(name for spec in specs for name in spec.inputs))
-    problem = unusable(specs, settings.held, options.arrangement)
+    problem = unusable(specs, settings.held, options.arrangement) or _timed(specs, options)
     if options.panel and (writes_to_output(specs) or not sys.stdout.isatty()):
         problem = "--panel needs a terminal as standard output"
     if problem is not None:
         raise UsageError(problem)
+    if any(spec.paces for spec in specs):
+        settings, rounds = replace(settings, rate=Fraction(0), pace=Pace(rounds)), 0
     with wrong_usage(ValueError), wrong_usage(DrawingError, "--"):
         loop = settings.first(plan, code, rounds=rounds, free=free, script=script)
     return Launch(draft, settings, plan, loop), specs, script
@@ -268,6 +271,16 @@ def unusable(specs: Sequence[PortSpec], held: Mapping[str, str], arrangement: st
     return None
 
 
+def _timed(specs: Sequence[PortSpec], options: Namespace) -> str | None:
+    """What an option says of real time where a port begins each cycle; None: nothing."""
+    paces = next((spec.name for spec in specs if spec.paces), None)
+    given = {"rate": options.rate, "jitter": options.jitter, "on-overrun stop": options.on_overrun == "stop" or None}
+    option = next((name for name, value in given.items() if value is not None), None)
+    if paces is None or option is None:
+        return None
+    return f"--{option} is about real time, and port `{paces}` begins each cycle (`clock: external`)"
+
+
 def following(ports: Ports) -> Callable[[Shared], None]:
     """What lets ports serve another run."""
     return lambda shared: ports.follow(shared.posts, shared.segment.newest, slots_of(shared.loop.code))
@@ -280,7 +293,7 @@ def writes_to_output(specs: Sequence[PortSpec]) -> bool:
 
 @contextmanager
 def opened(
-    specs: Sequence[PortSpec], shared: Shared, stop: Callable[[], object], recording: str | None
+    specs: Sequence[PortSpec], shared: Shared, stop: Callable[[], object], settings: RunSettings
 ) -> Iterator[Ports | None]:
     """The ports of a run, none where none is declared. They are opened when the processes of the run have been forked,
     so that these inherit none of their descriptors.
@@ -295,11 +308,11 @@ def opened(
         ports = Ports(
             specs, shared.posts, shared.segment.newest, slots_of(code),
             period=shared.segment.period / 1e9, stop=stop,
-            say=lambda what: print(what, file=sys.stderr, flush=True),
+            say=lambda what: print(what, file=sys.stderr, flush=True), pace=settings.pace,
         )  # fmt: skip
     except BaseException:
-        if recording is not None:
-            Path(recording).unlink(missing_ok=True)
+        if settings.record is not None:
+            Path(settings.record).unlink(missing_ok=True)
         raise
     try:
         yield ports
