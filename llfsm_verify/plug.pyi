@@ -164,7 +164,7 @@ from llfsm_verify.values import Shown, Value, element_names, text
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES, EngineEntry, Turn
 from llfsm_verify.verification.replay import Replayed, replay_file
 from llfsm_verify.yaml.compose import compose
-from llfsm_verify.yaml.fields import Report
+from llfsm_verify.yaml.fields import Report, is_name
 from llfsm_verify.yaml.nodes import Mapping as MappingNode
 from llfsm_verify.yaml.nodes import Node, Scalar, Sequence, implied, mark, written
 from llfsm_verify.yaml.tables import NUMBER, TRUTHS, Field, Single, Table, Words
@@ -376,6 +376,7 @@ __all__ = [
     "initial_text",
     "interval",
     "is_contradicted",
+    "is_name",
     "ite",
     "letters",
     "lines_of",

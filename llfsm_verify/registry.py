@@ -6,6 +6,7 @@ from a registry, so that something new enters by one entry.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -47,6 +48,8 @@ class Entry:
     binary: bool = False
     """Of a format that is written: it is not text, so it does not go to a terminal."""
     package: Package | None = None
+    begins: str = ""
+    """A regular expression: a text that begins like it is of this format, whatever the ending of its name says."""
 
     def load(self) -> object:
         """What is at its place."""
@@ -155,6 +158,10 @@ class Registry(Mapping[str, Entry], Generic[T]):
             self.find_others()
             found = self._ending(name)
         return found
+
+    def told_by(self, text: str) -> str | None:
+        """The name whose beginning the text has; None: no name has it."""
+        return next((e.name for e in self._entries.values() if e.begins and re.match(e.begins, text)), None)
 
     def _ending(self, name: str) -> str | None:
         return next((n for s, n in self.suffixes.items() if name.endswith(s) and name != s), None)

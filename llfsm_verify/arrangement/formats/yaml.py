@@ -7,7 +7,7 @@ from pathlib import Path
 
 from llfsm_verify.arrangement.draft import UNREADABLE, Draft, MachineDraft, Unreadable
 from llfsm_verify.arrangement.files import read_named, source_of
-from llfsm_verify.arrangement.formats import Given
+from llfsm_verify.arrangement.formats import ARRANGEMENTS, Given
 from llfsm_verify.arrangement.formats.documents import draft_arrangement, draft_machine
 from llfsm_verify.arrangement.formats.reading import Reading, opened
 from llfsm_verify.arrangement.keys import VOCABULARY
@@ -21,6 +21,9 @@ from llfsm_verify.yaml.nodes import Mapping, Node, Scalar, mark
 def read_arrangement(given: Given) -> Draft:
     """The draft of an arrangement; DiagnosticError: what `read_source` raises."""
     source, data = opened(given)
+    told = ARRANGEMENTS.told_by(source.text)
+    if told is not None:
+        return ARRANGEMENTS.load(told)(replace(given, path=source.name, text=source.text))
     from_file = (given.text is None or given.files is not None) and str(given.path) != "-"
     reading = Reading(Path(given.path).parent if from_file else Path(), given.files)
     reading.add_source(source, data)

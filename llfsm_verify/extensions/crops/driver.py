@@ -1,0 +1,249 @@
+"""The program's side of a run: it sees in which state the machine is, lets that be executed, and posts the outcome.
+
+All of it is on the thread that called `execute`, which reads frames and posts, and never calls a state: states are
+executed on worker threads. The run does not wait for any of them, since its loop is machine code on a thread that needs
+nothing of Python.
+"""
+
+from __future__ import annotations
+
+import logging
+import queue
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from llfsm_verify import LiveRun
+from llfsm_verify.extensions.crops.data import Data, LeftState
+from llfsm_verify.extensions.crops.states import State
+from llfsm_verify.extensions.crops.transitions import (
+    ANSWERS,
+    FAILED,
+    MACHINE,
+    OUTCOME,
+    PAUSED,
+    TICKET,
+    TIMED_OUT,
+    Transitions,
+)
+
+LOG = logging.getLogger("llfsm_verify.crops")
+LOOKS = 10
+"""Looks at the newest frame in a cycle."""
+SHORTEST = 0.0002
+"""Seconds between two of them, at least."""
+LAST = 1.0
+"""Seconds that the last `cancel` may take before `execute` returns without it."""
+
+
+class Worker:
+    """A thread that does one thing after the other, until it is told that there is nothing more."""
+
+    def __init__(self) -> None:
+        self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
+        self.thread = threading.Thread(target=self._work, name="crops-states", daemon=True)
+        self.thread.start()
+
+    def _work(self) -> None:
+        while (job := self._jobs.get()) is not None:
+            job()
+
+    def do(self, job: Callable[[], None] | None) -> None:
+        """Do this after all else; None: and then end."""
+        self._jobs.put(job)
+
+
+@dataclass(slots=True)
+class Execution:
+    """One call of `execute`: an answer to one ticket."""
+
+    label: str
+    ticket: int
+    data: Data
+    until: float
+    """When it has taken too long (monotonic seconds)."""
+    outcome: str | None = None
+    posted: str | None = None
+    left: bool = False
+    """Its answer does not count any more."""
+
+
+@dataclass(slots=True)
+class Command:
+    """What an operator asks for, and whether it has happened."""
+
+    kind: str
+    label: str | None = None
+    ticket: int | None = None
+    """Of the frame before it was given; None: it was not given yet."""
+    done: threading.Event = field(default_factory=threading.Event)
+    failed: BaseException | None = None
+
+
+class Driver:
+    """Drives one run. `busy`: a lock for each state, so that an object is never executed twice at a time."""
+
+    def __init__(
+        self, live: LiveRun, found: Transitions, states: Mapping[str, State], data: Data, period: float
+    ) -> None:
+        self._live, self._found, self._states, self._data = live, found, states, data
+        self._pause = max(period / LOOKS, SHORTEST)
+        self._names = {name: text for text, name in found.states.items()}
+        self._busy = {id(state): threading.Lock() for state in states.values()}
+        self._worker = Worker()
+        self._current: Execution | None = None
+        self._commands: deque[Command] = deque()
+        self._wake = threading.Event()
+        self.label: str | None = None
+        """The label or final outcome in which the machine is; None: it is paused."""
+        self.executions = 0
+
+    def command(self, kind: str, label: str | None = None) -> Command:
+        """Let the machine be commanded, after all that was asked for before. From any thread."""
+        command = Command(kind, label)
+        self._commands.append(command)
+        self._wake.set()
+        return command
+
+    def drive(self) -> str:
+        """Until the run has ended: the final outcome. RuntimeError: it ended otherwise."""
+        try:
+            while True:
+                ended = self._ended()  # before the frame is read, so that the last one is
+                self._look(self._live.values())
+                if ended:
+                    break
+                now = time.monotonic()
+                wait = self._pause if self._current is None else min(self._pause, self._current.until - now)
+                self._wake.wait(max(wait, SHORTEST))
+                self._wake.clear()
+        finally:
+            self._close()
+        if self.label not in self._found.ends:
+            raise RuntimeError(f"the run has ended before the state machine has: {self._live.wait().ending}")
+        return self.label
+
+    def _ended(self) -> bool:
+        try:
+            self._live.wait(0)
+        except TimeoutError:
+            return False
+        return True
+
+    def _look(self, values: Mapping[str, object]) -> None:
+        name, ticket = str(values[MACHINE]), int(str(values[TICKET_SLOT]))
+        self.label = self._names.get(name)
+        label = self.label if self.label in self._found.labels else None
+        if label is not None and not self._found.is_of(ticket, label):
+            due = self._found.next_ticket(ticket, label)  # it is entered in the next cycle
+        else:
+            due = ticket
+        if self._commands:
+            self._operate(name, ticket)
+        current = self._current
+        if current is not None and (current.label, current.ticket) != (label, due):
+            target = None if current.posted is None else self._found.target(current.label, current.posted)
+            self._leave(current, cancelled=current.posted != current.outcome or target != self.label)
+            current = self._current = None
+        if label is None or (self._commands and self._commands[0].kind == "enter"):
+            return  # what is about to be left is not begun
+        if current is None:
+            current = self._begin(label, due)
+        self._answer(current)
+
+    def _begin(self, label: str, ticket: int) -> Execution:
+        state = self._states[label]
+        limit = float("inf") if state.deadline is None else time.monotonic() + state.deadline
+        self._current = execution = Execution(label, ticket, self._data._for(), limit)
+        self.executions += 1
+        self._worker.do(lambda: self._execute(execution, state))
+        return execution
+
+    def _execute(self, execution: Execution, state: State) -> None:
+        """On a worker."""
+        lock = self._busy[id(state)]
+        while not lock.acquire(timeout=0.05):  # an execution that was left has not returned yet
+            if execution.left:
+                return
+        try:
+            if not execution.left:
+                execution.outcome = self._outcome(execution, state)
+        finally:
+            lock.release()
+            self._wake.set()
+
+    def _outcome(self, execution: Execution, state: State) -> str:
+        try:
+            outcome = state.execute(execution.data)
+        except BaseException as error:
+            if not (execution.left and isinstance(error, LeftState)):
+                LOG.exception("the state `%s` has raised %s", execution.label, type(error).__name__)
+            return FAILED
+        if outcome in state.outcomes or outcome in (FAILED, TIMED_OUT):
+            return outcome
+        LOG.error("the state `%s` has returned %.60r, which is not in its `outcomes`", execution.label, outcome)
+        return FAILED
+
+    def _answer(self, execution: Execution) -> None:
+        if execution.posted is not None:
+            return
+        outcome = execution.outcome
+        if outcome is None and time.monotonic() < execution.until:
+            return
+        execution.posted = TIMED_OUT if outcome is None else outcome
+        try:
+            answer: dict[str, str | int] = {OUTCOME: self._found.values[execution.posted], ANSWERS: execution.ticket}
+            self._live.post(**answer)
+        except ValueError:
+            if not self._ended():
+                raise
+
+    def _leave(self, execution: Execution, *, cancelled: bool) -> None:
+        """Its answer does not count any more. `cancelled`: it was left otherwise than by what it returned."""
+        execution.left = True
+        execution.data._leave(f"the state `{execution.label}` was left, and stores nothing any more")
+        if execution.outcome is None:  # the worker may hang
+            self._worker.do(None)
+            self._worker = Worker()
+        if cancelled or execution.outcome == FAILED:
+            self._worker.do(lambda: self._cancel(execution.label))
+
+    def _cancel(self, label: str) -> None:
+        try:
+            self._states[label].cancel()
+        except BaseException as error:
+            LOG.exception("`cancel` of the state `%s` has raised %s", label, type(error).__name__)
+
+    def _operate(self, name: str, ticket: int) -> None:
+        """Give the command that was asked for first, or see that it has happened."""
+        command = self._commands[0]
+        target = PAUSED if command.kind == "suspend" else self._found.states.get(command.label or "")
+        here = name != PAUSED if command.kind == "resume" else name == target
+        if here and (command.kind != "enter" or ticket != command.ticket is not None or self.label in self._found.ends):
+            self._commands.popleft()
+            command.done.set()
+        elif command.ticket is None:
+            command.ticket = ticket
+            try:
+                self._live.command(command.kind, MACHINE, target if command.kind == "enter" else None)
+            except ValueError as error:
+                command.failed = error
+                self._commands.popleft()
+                command.done.set()
+
+    def _close(self) -> None:
+        current, self._current = self._current, None
+        if current is not None:
+            ended = current.posted is not None and self._found.target(current.label, current.posted) == self.label
+            self._leave(current, cancelled=not ended or current.posted != current.outcome)
+        self._worker.do(None)
+        self._worker.thread.join(LAST)
+        while self._commands:
+            command = self._commands.popleft()
+            command.failed = RuntimeError("the state machine has ended")
+            command.done.set()
+
+
+TICKET_SLOT = f"{MACHINE}.{TICKET}"

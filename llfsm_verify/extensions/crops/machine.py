@@ -1,0 +1,178 @@
+"""`StateMachine`: a transition file and states in Python, which run together.
+
+    from llfsm_verify.extensions.crops import State, StateMachine
+
+    class LocateFruits(State):
+        outcomes = ("No fruit", "Found_fruit")
+
+        def execute(self, data):
+            data["fruit"] = camera.fruits()
+            return "Found_fruit" if data["fruit"] else "No fruit"
+
+    sm = StateMachine(["Exit"])
+    sm.add_transition_file("transfile.yaml")
+    sm.add("Locate_fruits", LocateFruits())
+    …
+    print(sm.execute("Locate_fruits"))
+
+prints ``Exit``. Before anything is executed, what does not fit is said:
+
+    transfile.yaml:5:7: error[E546]: the state `Locate_fruits` may give `No_fruit_detected`, for which it has no …
+    transfile.yaml:2:18: error[E547]: `execute('Locate_fruit')` names no label of the transition file
+    transfile.yaml:15:22: error[E545]: `Exti` is neither a label nor an outcome of the state machine
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from llfsm_verify import Diagnostic, DiagnosticError, LiveRun, Model, Properties, RunReport, load
+from llfsm_verify.extensions.crops import ENTRIES
+from llfsm_verify.extensions.crops.checks import problems, surprises
+from llfsm_verify.extensions.crops.codes import SHAPE
+from llfsm_verify.extensions.crops.data import Data
+from llfsm_verify.extensions.crops.driver import LOG, Command, Driver
+from llfsm_verify.extensions.crops.format import CYCLE_MS
+from llfsm_verify.extensions.crops.states import State
+from llfsm_verify.extensions.crops.transitions import Transitions, read
+from llfsm_verify.plug import GivenArrangement, Reading, compose, opened
+
+PATIENCE = 5.0
+"""Seconds that a command may take, which is about a cycle."""
+
+
+class StateMachine:
+    """A state machine with final `outcomes`. One `execute` at a time; the other methods may be called meanwhile, from
+    any thread, also from states.
+    """
+
+    def __init__(self, outcomes: Iterable[str]) -> None:
+        """ValueError: there are none, or they are one text."""
+        if isinstance(outcomes, str) or not (listed := tuple(outcomes)):
+            raise ValueError("`outcomes` is a list of texts, such as ['Exit']")
+        self.outcomes = listed
+        self.report: RunReport | None = None
+        """How the last run went."""
+        self._found: Transitions | None = None
+        self._model: Model | None = None
+        self._states: dict[str, State] = {}
+        self._driver: Driver | None = None
+
+    def add_transition_file(self, path: str | Path) -> None:
+        """Let this file say what follows which outcome. DiagnosticError: it cannot be read. ValueError: there is one
+        already."""
+        if self._found is not None:
+            raise ValueError("the state machine has a transition file already")
+        source, _ = opened(GivenArrangement(path))
+        reading = Reading(Path())
+        found = read(reading, source, compose(source, reading.diagnostics, reading.vocabulary))
+        if found is not None and not re.match(ENTRIES["llfsm_verify.arrangements"][0].begins, source.text):
+            hint = "write it as a list with a `-` on its own line, without `[ ]`"
+            reading.diagnostics.append(
+                Diagnostic(SHAPE, "a transition file begins with `- state:`", hint=hint, file=source.name)
+            )
+        if found is None or any(d.is_error for d in reading.diagnostics):
+            raise DiagnosticError(reading.diagnostics)
+        self._model = load(path)
+        self._found = found
+
+    def add(self, label: str, state: State, *, deadline: float | None = None) -> None:
+        """Let a state be executed under a label of the transition file, with a deadline in seconds other than that of
+        its class. ValueError: the label has a state already."""
+        if label in self._states:
+            raise ValueError(f"the label {label!r} has a state already")
+        if not isinstance(state, State):
+            raise TypeError(f"{type(state).__name__} is not a State")
+        if deadline is not None:
+            state.deadline = deadline
+        self._states[label] = state
+
+    @property
+    def values(self) -> Mapping[str, str]:
+        """What `outcome` is called in properties, recordings and ports, by outcomes."""
+        return self._transitions.values
+
+    @property
+    def _transitions(self) -> Transitions:
+        if self._found is None:
+            raise ValueError("the state machine has no transition file: call `add_transition_file`")
+        return self._found
+
+    def check(self, initial: str | None = None) -> tuple[str, ...]:
+        """What `execute` looks at first; sentences on what the file does not say. DiagnosticError: what is wrong."""
+        found = self._transitions
+        wrong = list(problems(found, self.outcomes, self._states, initial))
+        if wrong:
+            raise DiagnosticError(sorted(wrong, key=lambda d: (d.span is None, d.span.start if d.span else 0)))
+        return tuple(surprises(found))
+
+    def execute(
+        self,
+        initial: str | None = None,
+        *,
+        data: Mapping[str, object] | None = None,
+        properties: Properties = (),
+        record: str | Path | None = None,
+        whiteboard: str | None = None,
+        rate: float = 1,
+    ) -> str:
+        """Execute states, 100 times a second, until the machine has come to a final outcome: that.
+
+        It begins in the state `initial` (None: the first of the file), with `data`. `properties`, `record`,
+        `whiteboard` and `rate` are as for `Model.run`. DiagnosticError: see `check`, and `Model.run`. RuntimeError: it
+        is executed already, or the run has ended otherwise.
+        """
+        if self._driver is not None:
+            raise RuntimeError("the state machine is executed already")
+        for surprise in self.check(initial):
+            LOG.warning("%s", surprise)
+        assert self._model is not None
+        shared = data if isinstance(data, Data) else Data(data)
+        with self._model.run(properties, record=record, whiteboard=whiteboard, rate=rate) as live:
+            try:
+                return self._drive(live, shared, initial, CYCLE_MS / 1000 / rate if rate else 0.0)
+            finally:
+                self._driver = None
+                live.stop()
+                self.report = live.wait()
+
+    def _drive(self, live: LiveRun, data: Data, initial: str | None, period: float) -> str:
+        driver = Driver(live, self._transitions, self._states, data, period)
+        if initial is not None and initial != self._transitions.labels[0]:
+            driver.command("enter", initial)
+        self._driver = driver
+        return driver.drive()
+
+    @property
+    def current(self) -> tuple[str, str] | None:
+        """The label and the descriptive name of the state that is executed; None: none is."""
+        label = None if self._driver is None else self._driver.label
+        return None if label not in self._transitions.labels else (label, self._transitions[label].about)
+
+    def pause(self) -> None:
+        """Let nothing be executed until `resume`; the state under way is cancelled, and its answer does not count."""
+        self._command("suspend")
+
+    def resume(self) -> None:
+        """Go on with the state of the pause, which is executed anew."""
+        self._command("resume")
+
+    def change_state(self, label: str) -> None:
+        """Go to this state, or final outcome; the state under way is cancelled, and its answer does not count. It ends
+        a pause. ValueError: there is no such label."""
+        if label not in self._transitions.states:
+            raise ValueError(f"there is no label {label!r}, only {', '.join(self._transitions.states)}")
+        self._command("enter", label)
+
+    def _command(self, kind: str, label: str | None = None) -> None:
+        """RuntimeError: the machine is not executed, or has ended before. TimeoutError: it takes too long."""
+        driver = self._driver
+        if driver is None:
+            raise RuntimeError("the state machine is not executed")
+        command: Command = driver.command(kind, label)
+        if not command.done.wait(PATIENCE):
+            raise TimeoutError(f"the state machine has not taken the command `{kind}` within {PATIENCE:g} s")
+        if command.failed is not None:
+            raise command.failed
