@@ -21,10 +21,10 @@ from benchmarks.pingpong import text_of
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.executor import NativeProgram
+from llfsm_verify.extensions.c.image import Image
+from llfsm_verify.extensions.c.target import C99, image_for
 from llfsm_verify.runtime.live.frame import COUNTED
 from llfsm_verify.runtime.live.plan import starting_values
-from llfsm_verify.targets.c99.image import Image
-from llfsm_verify.targets.c99.target import C99, image_for
 from llfsm_verify.targets.images import image_of
 from llfsm_verify.targets.target import Wanted
 

@@ -1,3 +1,9 @@
+from llfsm_verify.analysis.coverage.running import ended as vector_ended
+from llfsm_verify.analysis.coverage.running import fault_of, field_names, record_of
+from llfsm_verify.analysis.coverage.search import find_vectors
+from llfsm_verify.analysis.coverage.vectorfile import program_hash
+from llfsm_verify.analysis.coverage.vectors import Sequence as VectorSteps
+from llfsm_verify.analysis.coverage.vectors import Unit, Vectors
 from llfsm_verify.analysis.lint.finding import LintResult
 from llfsm_verify.arrangement.draft import (
     UNREADABLE,
@@ -25,6 +31,8 @@ from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.moves import Lazy, moves_of
 from llfsm_verify.automata.safety import PrefixMonitor
+from llfsm_verify.backends.native.executor import ENDED as PROGRAM_ENDED
+from llfsm_verify.backends.native.layout import BitField, Layout
 from llfsm_verify.backends.reference import Interpreter, evaluate
 from llfsm_verify.checking.claims import add_premises, claim_of
 from llfsm_verify.checking.engine import Answer, Given, Holds, Session, Unknown, Violated
@@ -47,7 +55,7 @@ from llfsm_verify.cli.commands import COMMANDS
 from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.parser import CommandEntry, UsageError
 from llfsm_verify.cli.parser import Parser as CommandParser
-from llfsm_verify.diagnostics import Source, Span
+from llfsm_verify.diagnostics import Source, Span, counted
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.export.dot import dot as structure_dot
 from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
@@ -74,13 +82,19 @@ from llfsm_verify.logic.properties import PropertySet, asked_text, parse_propert
 from llfsm_verify.logic.reading import GivenLines
 from llfsm_verify.logic.reading import read_source as read_properties
 from llfsm_verify.logic.rewriting.normal_form import nnf
+from llfsm_verify.monitoring.lookup import entry_bytes
+from llfsm_verify.monitoring.properties import shown as shown_atom
+from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import (
     BOOL,
+    INT64_MAX,
+    INT64_MIN,
     Block,
     Choice,
     Const,
     Emit,
+    EventKind,
     Expr,
     Fault,
     Get,
@@ -91,9 +105,11 @@ from llfsm_verify.program.program import (
     Local,
     Op,
     OpName,
+    Process,
     Program,
     Sample,
     Set,
+    Slot,
     Stmt,
     Switch,
     Type,
@@ -101,9 +117,22 @@ from llfsm_verify.program.program import (
 )
 from llfsm_verify.program.symbolic import FAULT, Key, Values, scalars, typed
 from llfsm_verify.program.symbolic import Definitions as SymbolicDefinitions
-from llfsm_verify.program.terms import FALSE, TRUE, const, get, interval, ite, op
+from llfsm_verify.program.terms import FALSE, TRUE, const, fits, get, interval, ite, op
 from llfsm_verify.program.terms import conjunction as all_of
-from llfsm_verify.program.trees import expressions, fold, nodes, parts, ringlet, statements, stop_at_faults
+from llfsm_verify.program.trees import (
+    branches,
+    constant_of,
+    distinct_nodes,
+    expressions,
+    fold,
+    nodes,
+    parts,
+    rebuilt,
+    ringlet,
+    statements,
+    stop_at_faults,
+    with_branches,
+)
 from llfsm_verify.registry import Entry, Package, Registry, Unregistered
 from llfsm_verify.report.codes import all_codes
 from llfsm_verify.report.debugging import lines_of
@@ -142,25 +171,30 @@ from llfsm_verify.runtime.debugging.paths import DebugError
 from llfsm_verify.runtime.debugging.session import FRONT_ENDS
 from llfsm_verify.runtime.debugging.session import Session as DebugSession
 from llfsm_verify.runtime.deciding.logs.formats import LOGS, NoColumn, Row, Unreadable, Wanted, cell_text
+from llfsm_verify.runtime.live.frame import COUNTED as FRAME_COUNTS
+from llfsm_verify.runtime.live.frame import HEADER as FRAME_HEADER
+from llfsm_verify.runtime.live.frame import FrameLayout
+from llfsm_verify.runtime.live.plan import safe_values, starting_values
+from llfsm_verify.runtime.live.text import largest_entry
 from llfsm_verify.runtime.ports import UNKNOWN as WRONG_PORT
 from llfsm_verify.runtime.ports.line_port import LinePort
 from llfsm_verify.runtime.ports.port import PORTS, Link, Port, Started, Unopened, whole_number
 from llfsm_verify.runtime.ports.port import Kind as PortKind
+from llfsm_verify.runtime.recording.file import HEAD as RECORDING_HEAD
+from llfsm_verify.runtime.recording.file import MAGIC as RECORDING_MAGIC
+from llfsm_verify.runtime.recording.file import PAGE as RECORDING_PAGE
+from llfsm_verify.runtime.recording.origin import header_of
 from llfsm_verify.runtime.recording.timeline import Row as TimelineRow
 from llfsm_verify.runtime.recording.timeline import Signal, Timeline
+from llfsm_verify.semantics.bits import common_bits
+from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.operators import OPERATOR
-from llfsm_verify.targets.c99.blocks import comment as c_comment
-from llfsm_verify.targets.c99.blocks import titled as c_title
-from llfsm_verify.targets.c99.image import MARK as C_MARK
-from llfsm_verify.targets.c99.image import Image as CImage
-from llfsm_verify.targets.c99.names import Field as CField
-from llfsm_verify.targets.c99.numbers import stored_as
-from llfsm_verify.targets.c99.numbers import written as c_number
-from llfsm_verify.targets.c99.verifying.run import Bench, Ran
-from llfsm_verify.targets.c99.worlds import WORLDS, World
-from llfsm_verify.targets.target import TARGETS, Made, Target
+from llfsm_verify.semantics.storage import leaves
+from llfsm_verify.targets.monitors import OnBoard, Watched
+from llfsm_verify.targets.small import smaller, stores_cycle, unchecked
+from llfsm_verify.targets.target import TARGETS, WORLDS, Difference, Made, Target, Verified
 from llfsm_verify.targets.target import Wanted as TargetWanted
-from llfsm_verify.values import Shown, Value, element_names, text
+from llfsm_verify.values import Shown, Value, element_names, text, value_text
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES, EngineEntry, Turn
 from llfsm_verify.verification.replay import Replayed, replay_file
 from llfsm_verify.yaml.compose import compose
@@ -177,7 +211,6 @@ __all__ = [
     "COMMANDS",
     "CONTRADICTED",
     "COUNT",
-    "C_MARK",
     "DEFAULT_ENGINE",
     "DRAWINGS",
     "ENGINES",
@@ -185,7 +218,11 @@ __all__ = [
     "FAULT",
     "FILE",
     "FLAG",
+    "FRAME_COUNTS",
+    "FRAME_HEADER",
     "FRONT_ENDS",
+    "INT64_MAX",
+    "INT64_MIN",
     "LOGS",
     "MACHINES",
     "MODELS",
@@ -194,6 +231,10 @@ __all__ = [
     "OPERATOR",
     "PIPE_WIDTH",
     "PORTS",
+    "PROGRAM_ENDED",
+    "RECORDING_HEAD",
+    "RECORDING_MAGIC",
+    "RECORDING_PAGE",
     "REPORTS",
     "SECONDS",
     "STRUCTURES",
@@ -213,10 +254,8 @@ __all__ = [
     "Automaton",
     "AutomatonEdge",
     "AutomatonTooLarge",
-    "Bench",
+    "BitField",
     "Block",
-    "CField",
-    "CImage",
     "Choice",
     "CommandEntry",
     "CommandParser",
@@ -224,6 +263,7 @@ __all__ = [
     "DebugAnswer",
     "DebugError",
     "DebugSession",
+    "Difference",
     "Draft",
     "DrawnEdge",
     "DrawnNode",
@@ -235,6 +275,7 @@ __all__ = [
     "EngineOption",
     "EngineOptions",
     "Entry",
+    "EventKind",
     "Execution",
     "Exploration",
     "Expr",
@@ -244,6 +285,7 @@ __all__ = [
     "Field",
     "Formula",
     "FormulaOp",
+    "FrameLayout",
     "Get",
     "Given",
     "GivenArrangement",
@@ -258,6 +300,7 @@ __all__ = [
     "Ite",
     "Json",
     "Key",
+    "Layout",
     "Lazy",
     "Let",
     "Letter",
@@ -270,11 +313,13 @@ __all__ = [
     "MachineDraft",
     "Made",
     "MappingNode",
+    "MonitorVerdict",
     "Move",
     "NewMachine",
     "NewState",
     "NoColumn",
     "Node",
+    "OnBoard",
     "Op",
     "OpName",
     "Options",
@@ -284,11 +329,11 @@ __all__ = [
     "Port",
     "PortKind",
     "PrefixMonitor",
+    "Process",
     "ProcessDraft",
     "Program",
     "PropertyResult",
     "PropertySet",
-    "Ran",
     "Reading",
     "Registry",
     "Replayed",
@@ -306,6 +351,7 @@ __all__ = [
     "Shown",
     "Signal",
     "Single",
+    "Slot",
     "Source",
     "Span",
     "Specification",
@@ -326,6 +372,7 @@ __all__ = [
     "Turn",
     "Type",
     "Uneditable",
+    "Unit",
     "Unknown",
     "Unopened",
     "Unreadable",
@@ -335,11 +382,14 @@ __all__ = [
     "Values",
     "Var",
     "VariableDraft",
+    "VectorSteps",
+    "Vectors",
+    "Verified",
     "Violated",
     "Wanted",
+    "Watched",
     "WhiteboardDraft",
     "Words",
-    "World",
     "Writer",
     "Written",
     "add_premises",
@@ -349,28 +399,36 @@ __all__ = [
     "asked_text",
     "atom",
     "bad_prefixes_of",
-    "c_comment",
-    "c_number",
-    "c_title",
+    "branches",
     "cell_text",
     "claim_of",
+    "common_bits",
     "compose",
     "conjunction",
     "const",
+    "constant_of",
+    "counted",
     "decimal_text",
     "did_you_mean",
+    "distinct_nodes",
     "dot",
     "draft_data",
     "edges",
     "element_names",
     "elements",
+    "entry_bytes",
     "evaluate",
     "expressions",
+    "fault_of",
     "fault_text",
+    "field_names",
     "find_accepting_lasso",
+    "find_vectors",
+    "fits",
     "fold",
     "get",
     "has_header",
+    "header_of",
     "implied",
     "initial_letters",
     "initial_text",
@@ -378,9 +436,12 @@ __all__ = [
     "is_contradicted",
     "is_name",
     "ite",
+    "largest_entry",
+    "leaves",
     "letters",
     "lines_of",
     "lint_diagnostic",
+    "lower",
     "mapped",
     "mark",
     "mask",
@@ -397,20 +458,27 @@ __all__ = [
     "plain_text",
     "portions",
     "postorder",
+    "program_hash",
     "reached",
     "read_named",
     "read_properties",
     "read_source",
+    "rebuilt",
+    "record_of",
     "replay_file",
     "result_text",
     "resumed_text",
     "ringlet",
+    "safe_values",
     "scalars",
     "sentences",
+    "shown_atom",
+    "smaller",
+    "starting_values",
     "statements",
     "steps_known",
     "stop_at_faults",
-    "stored_as",
+    "stores_cycle",
     "structure_dot",
     "summary_text",
     "text",
@@ -420,12 +488,16 @@ __all__ = [
     "trace_text",
     "translate",
     "typed",
+    "unchecked",
     "under_assumptions",
     "update_trace_file",
     "vacuity_texts",
+    "value_text",
+    "vector_ended",
     "verdict_text",
     "ways",
     "whole_number",
+    "with_branches",
     "with_legend",
     "written",
 ]

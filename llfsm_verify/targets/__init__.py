@@ -17,23 +17,14 @@ Mistakes:
 
 from typing import Final
 
-from llfsm_verify.targets.c99.verifying import CODES as VERIFYING
-
 IMPOSSIBLE: Final = "E503"
-SAME_NAME: Final = "E504"
 UNWRITABLE: Final = "E505"
 ABSENT: Final = "E515"
 TOO_LARGE: Final = "E516"
-LEAVES_64: Final = "E517"
-OF_C: Final = "E525"
 
 CODES: Final = {
     IMPOSSIBLE: "An arrangement has something that one image of a target cannot do.",
-    SAME_NAME: "Two names are one in the language of a target.",
     UNWRITABLE: "The files of a target cannot be written there, or would replace others.",
     ABSENT: "A property that a target is to monitor speaks of the model of the surroundings, which is not there.",
     TOO_LARGE: "The monitor of a property is too large for a target.",
-    LEAVES_64: "What a property calculates may leave 64 bits, which a monitor of a target cannot say.",
-    OF_C: "The name of an arrangement is one that the language of a target has.",
-    **VERIFYING,
 }

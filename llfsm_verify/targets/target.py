@@ -94,8 +94,6 @@ class Verifying(Protocol):
         ...
 
 
-TARGETS: Registry[Target] = Registry(
-    "target",
-    [Entry("c", "llfsm_verify.targets.c99.target:C99", "C99, with a function for each state")],
-    "llfsm_verify.targets",
-)
+TARGETS: Registry[Target] = Registry("target", (), "llfsm_verify.targets")
+WORLDS: Registry[object] = Registry("world", (), "llfsm_verify.worlds")
+"""What C is written for; what is at a place, the target `c` knows."""

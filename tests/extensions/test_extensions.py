@@ -102,8 +102,8 @@ for module in pkgutil.walk_packages(llfsm_verify.__path__, "llfsm_verify."):
 for registry in [one for one in gc.get_objects() if isinstance(one, Registry)]:
     for name in registry:
         assert registry.load(name) is not None
-from llfsm_verify.plug import FRONT_ENDS, LOGS, MODELS, PORTS, TIMELINES, WORLDS
-print(" | ".join(", ".join(each) for each in (PORTS, LOGS, TIMELINES, FRONT_ENDS, MODELS, WORLDS)))
+from llfsm_verify.plug import FRONT_ENDS, LOGS, MODELS, PORTS, TARGETS, TIMELINES, WORLDS
+print(" | ".join(", ".join(each) for each in (PORTS, LOGS, TIMELINES, FRONT_ENDS, MODELS, WORLDS, TARGETS)))
 try:
     PORTS.load("mqtt")
 except Unregistered as error:
@@ -130,7 +130,7 @@ def test_the_core_does_without_extensions(tmp_path: Path) -> None:
         return done.stdout
 
     assert python("-c", WITHOUT).splitlines() == [
-        "callback, stream, whiteboard | csv | csv, vcd, svg, itf |  |  | none, posix",
+        "callback, stream, whiteboard | csv | csv, vcd, svg, itf |  |  |  | ",
         "there is no kind of port `mqtt`; there are: callback, stream, whiteboard",
     ]
     folders = (

@@ -99,7 +99,6 @@ class Lamp(ArrangementStateMachine):
 TestLamp = Lamp.TestCase
 """
 
-OF_ANOTHER = '{"vectors": 1, "program": "", "unit": "cycle", "inputs": [], "fields": [], "sequences": []}'
 PROVOKED: dict[str, Provoked] = {
     "E002": Provoked(("llfsm lint a.yaml/b.yaml",), LAMP),
     "E004": Provoked(("llfsm lint a.yaml",), {**FILE, "m.machine.yaml": "# " + "x" * (4 << 20)}),
@@ -241,13 +240,6 @@ PROVOKED: dict[str, Provoked] = {
     "E502": Provoked(("ulimit -n 24; llfsm run a.yaml --whiteboard lamp",), LAMP),
     "E501": Provoked(("llfsm audit verify lamp.log",), {"lamp.log": "mine\n"}),
     "E503": Provoked((BUILD,), states("{name: A, stays: true}", "", "profile: clfsm\n")),
-    "E504": Provoked(
-        (BUILD,),
-        does(
-            "x = k[0];",
-            "k_0: {type: bool, role: input}, k: {type: {array: bool, size: 2}, role: input}, x: {type: bool}",
-        ),
-    ),
     "E520": Provoked((SAVE, "echo >> a.yaml", "llfsm coverage a.yaml safe.trace.yaml"), LAMP),
     "E521": Provoked(
         (SAVE, "sed -i 's/choices: {go: true}/choices: {}/' safe.trace.yaml", "llfsm coverage a.yaml safe.trace.yaml"),
@@ -260,10 +252,6 @@ PROVOKED: dict[str, Provoked] = {
     "E516": Provoked(
         (f"{BUILD} -p 'x: G (go -> F[0:999] m@ON) && G (m@ON -> F[0:998] !go) && G (!go -> F[0:997] m@OFF)'",), LAMP
     ),
-    "E517": Provoked((f"{BUILD} -p 'x: G (n + 1 > 3)'",), does("n = 1;", "n: {type: int}")),
-    "E525": Provoked((BUILD,), {"a.yaml": "name: signal\n" + LAMP["a.yaml"]}),
-    "E508": Provoked((f"{BUILD} --verify --cc no-such-compiler",), LAMP),
-    "E509": Provoked((f"{BUILD} --verify --vectors v.json",), LAMP | {"v.json": OF_ANOTHER}),
     "F001": _fault(does("if (car) n += 1;", "car: {type: bool, role: input}, n: {type: 0..3}")),
     "F002": _fault(does("share = 100 / n;", "n: {type: 0..9, role: input}, share: {type: 0..100}")),
     "F003": _fault(does("seen[i] = true;", "i: {type: 0..4, role: input}, seen: {type: {array: bool, size: 4}}")),

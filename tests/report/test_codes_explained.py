@@ -121,4 +121,6 @@ def test_codes_of_an_extension_have_their_examples_beside_them():
     for name in OF_OTHERS.ours:
         (section,) = (one for one in ours() if one.codes is OF_OTHERS.load(name))
         assert section.title == OF_OTHERS[name].about and section.examples.keys() == section.codes.keys()
-        assert {places()[code].parent.name for code in section.codes} == {OF_OTHERS[name].place.split(".")[2]}
+        assert {places()[code].parent.name for code in section.codes} == {
+            OF_OTHERS[name].place.split(":")[0].split(".")[-2]
+        }

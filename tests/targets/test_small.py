@@ -13,18 +13,18 @@ from llfsm_verify.arrangement import build_arrangement, load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.extensions.c.target import image_for
 from llfsm_verify.program.program import Set
 from llfsm_verify.targets import small
-from llfsm_verify.targets.c99.target import image_for
 from llfsm_verify.targets.images import image_of
 from llfsm_verify.testing.arrangements import Document, arrangements
+from tests.extensions.c.compiled import Built, needs_gcc, shrunk
+from tests.extensions.c.drawn import adapted
 from tests.quick import each, many, spread
-from tests.targets.c99.compiled import Built, needs_gcc, shrunk
-from tests.targets.c99.drawn import adapted
 
 OVEN = "models/microwave/arrangement.yaml"
-EVERYTHING = "tests/targets/c99/everything.yaml"
-PROVABLE = "tests/targets/c99/provable.yaml"
+EVERYTHING = "tests/extensions/c/everything.yaml"
+PROVABLE = "tests/extensions/c/provable.yaml"
 
 
 def walk(arrangement: Arrangement, random: Random, tally: Counter[str], steps: int = 60) -> None:

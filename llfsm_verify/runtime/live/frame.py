@@ -19,6 +19,10 @@ ENDING = 6  # 0 while it runs, else one of `ENDINGS`
 DETAIL = 7  # of a fault: 1 + its number; of a signal its number
 STEPS = 8  # ringlets so far
 HEADER_WORDS = 9
+HEADER = {
+    "NUMBER": NUMBER, "CYCLE": CYCLE, "COMMITTED": COMMITTED, "LATENESS": LATENESS, "MOVED": MOVED, "PROCESS": PROCESS,
+    "ENDING": ENDING, "DETAIL": DETAIL, "STEPS": STEPS,
+}  # fmt: skip
 
 ENDINGS = ("running", "ended", "stopped", "fault", "overflow", "overrun", "died", "violated", "replaced")
 COUNTED: tuple[EventKind, ...] = (

@@ -13,8 +13,8 @@ import pytest
 
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.extensions.c.target import C99
 from llfsm_verify.plug import Entry, Made, TargetWanted
-from llfsm_verify.targets.c99.target import C99
 from llfsm_verify.targets.images import image_of
 from llfsm_verify.testing.conformance import Case, target_cases
 from llfsm_verify.testing.conformance.known import TARGETED

@@ -5,8 +5,7 @@ from __future__ import annotations
 from llfsm_verify.cli import arguments as shared
 from llfsm_verify.cli.arguments import milliseconds
 from llfsm_verify.cli.parser import Parser
-from llfsm_verify.targets.c99.worlds import WORLDS
-from llfsm_verify.targets.target import TARGETS, Wanted
+from llfsm_verify.targets.target import TARGETS, WORLDS, Wanted
 
 PLAIN = Wanted("none")
 
