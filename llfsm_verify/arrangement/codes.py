@@ -57,6 +57,7 @@ CODES: dict[str, str] = {
     "E096": "A finding is suppressed without a reason.",
     "E098": "`operators` names something that the arrangement does not have, or that operators cannot write.",
     "E099": "`access` names something that the arrangement does not have, or a level twice.",
+    "E532": "Two models of the surroundings write one input.",
     "E157": "A machine does what its clearance does not allow, or nobody may do what `operators` declares.",
     "E159": "A machine that a state cannot run, or that two states run.",
     "E165": "A policy for a running arrangement has other levels, or gives a machine rights that it did not have.",

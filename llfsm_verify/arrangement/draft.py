@@ -170,8 +170,8 @@ class ArrangementDraft:
     finished: Node | None = None
     fairness: Node | None = None
     lint: Lint | None = None
-    environment: InstanceDraft | None = None
-    """The model of the surroundings. The name of the instance is where it stands."""
+    plants: tuple[InstanceDraft, ...] = ()
+    """The models of the surroundings, in the order of their ringlets."""
     access: Node | Unreadable | None = None
     """Levels, and which machine, variable, command and user has which."""
     operators: Node | None = None
@@ -207,8 +207,7 @@ def _parts(draft: ArrangementDraft) -> Iterator[object]:
     yield from (draft.machines, draft.processes)
     yield from (variable.type for variable in draft.whiteboard)
     instances = () if isinstance(draft.machines, Unreadable) else draft.machines
-    if draft.environment is not None:
-        instances = (*instances, draft.environment)
+    instances = (*instances, *draft.plants)
     yield from (instance.machine for instance in instances)
     for machine in {id(i.machine): i.machine for i in instances if isinstance(i.machine, MachineDraft)}.values():
         yield machine.states

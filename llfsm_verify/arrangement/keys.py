@@ -293,7 +293,12 @@ ARRANGEMENT = Table(
             called="variables vars globals shared inputs outputs",
         ),
         Field("machines", "machine instances", ByName(INSTANCE, NAME, least=0), required=True, called="fsms fsm"),
-        Field("environment", ENVIRONMENT.about, ENVIRONMENT, called="plant surroundings"),
+        Field(
+            "environment",
+            f"{ENVIRONMENT.about}; or several, by their names",
+            Either((ENVIRONMENT, ByName(ENVIRONMENT, NAME))),
+            called="plant surroundings",
+        ),
         Field("schedule", "all machines in the order of their turns", _NAMES, called="order sequence"),
         Field("processes", "several processes, each with its own schedule", ByName(_NAMES, NAME)),
         Field(

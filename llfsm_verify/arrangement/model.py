@@ -200,7 +200,7 @@ class Profile:
 
 
 ENVIRONMENT = "env"
-"""What the model of the surroundings is called in properties."""
+"""What a model of the surroundings without a name is called in properties."""
 
 PROFILES: dict[str, Profile] = {
     "llfsm": Profile("llfsm", "ringlet", False, True, "next_turn"),
@@ -288,9 +288,9 @@ class Arrangement:
     span: Span
     suppressions: tuple[Suppression, ...] = ()
     """Findings of `llfsm lint` that the files accept."""
-    environment: Machine | None = None
-    """The model of the surroundings, `env`: its ringlet begins every cycle, and it alone writes the inputs that it
-    mentions on the left."""
+    plants: tuple[Machine, ...] = ()
+    """The models of the surroundings: their ringlets begin every cycle in this order, and each alone writes the inputs
+    that it mentions on the left."""
     operators: tuple[Operator, ...] = ()
     """What operators may do that a step can show."""
     replaceable: tuple[Operator, ...] = ()
@@ -311,11 +311,16 @@ class Arrangement:
 
     @property
     def texts(self) -> tuple[Machine, ...]:
-        """All machines, the model of the surroundings included."""
-        return self.machines if self.environment is None else (*self.machines, self.environment)
+        """All machines, the models of the surroundings included."""
+        return (*self.machines, *self.plants)
+
+    @property
+    def surroundings(self) -> tuple[str, ...]:
+        """The names of the models of the surroundings."""
+        return tuple(plant.name for plant in self.plants)
 
     def machine(self, name: str) -> Machine:
-        """The instance called `name`, or the model of the surroundings; KeyError: it has no such machine."""
+        """The instance called `name`, or a model of the surroundings; KeyError: it has no such machine."""
         for machine in self.texts:
             if machine.name == name:
                 return machine

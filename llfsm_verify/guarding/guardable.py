@@ -118,7 +118,7 @@ def not_safe(line: Property, clock: Clock | None) -> Refusal | None:
 
 def _in_the_way(atom: Expression, arrangement: Arrangement, own_monitor: bool) -> Iterator[Refusal]:
     """What in an atom a guard's monitor cannot read once a cycle, or chaos does not have."""
-    surroundings = "" if arrangement.environment is None else arrangement.environment.name
+    surroundings = arrangement.surroundings
     for node in nodes(atom):
         match node:
             case Edge():
@@ -127,17 +127,17 @@ def _in_the_way(atom: Expression, arrangement: Arrangement, own_monitor: bool) -
                 asks, hint = "asks for the letter before", "write it with `X` or `Y` in the formula"
             case Read(variable=variable):
                 owner = variable.name.partition(".")[0]
-                if variable.scope == "whiteboard" or (own_monitor and owner == surroundings):
+                if variable.scope == "whiteboard" or (own_monitor and owner in surroundings):
                     continue
                 asks, hint = f"is a variable of `{owner}`, which no other machine sees", "speak of outputs and inputs"
             case AtState() | Query():
-                if own_monitor and node.machine == surroundings:
+                if own_monitor and node.machine in surroundings:
                     continue
                 asks, hint = "asks for the state of a machine, which is not routed", "speak of what it writes"
             case Sampled() | Sampling():
                 asks, hint = "asks what machines have sampled", "speak of the input: the monitor samples it itself"
             case Observe():
-                if own_monitor and node.machine == surroundings:
+                if own_monitor and node.machine in surroundings:
                     continue
                 asks, hint = "asks for a step, and a monitor sees cycles", "speak of outputs as they are once a cycle"
             case _:

@@ -170,8 +170,8 @@ class Layout:
 
     def named_files(self) -> list[tuple[str, ...]]:
         """Where the arrangement may name files: keys that lead inwards."""
-        machines = self._document.names("machines")
-        return [*(("machines", name, "file") for name in machines), ("environment", "file"), POLICY_FILE]
+        named = [(key, name, "file") for key in ("machines", "environment") for name in self._document.names(key)]
+        return [*named, ("environment", "file"), POLICY_FILE]
 
     def _edited(self, text: str | Source) -> str:
         if isinstance(text, str):

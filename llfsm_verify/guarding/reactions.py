@@ -82,12 +82,11 @@ def end(reactions: Sequence[Reaction], memory: Mapping[str, str]) -> Iterator[st
 def unknown(arrangement: Arrangement, reactions: Sequence[Reaction]) -> Iterator[Diagnostic]:
     """The reactions to what is not a machine of the arrangement (E439), or is the guard itself (E438)."""
     known = [machine.name for machine in arrangement.machines]
-    surroundings = None if arrangement.environment is None else arrangement.environment.name
     for each in reactions:
         name = each.machine[:60]
         if each.machine in known:
             continue
-        if each.machine == surroundings:
+        if each.machine in arrangement.surroundings:
             message = f"`{name}` is the model of the surroundings, and takes no commands"
             yield Diagnostic(UNFIT, message, each.span, hint=_among(known))
         elif _OWN_NAME.fullmatch(each.machine):

@@ -94,7 +94,7 @@ class _Arrangement(Protocol):
     @property
     def texts(self) -> Sequence[_Machine]: ...
     @property
-    def environment(self) -> _Machine | None: ...
+    def surroundings(self) -> tuple[str, ...]: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,8 +134,8 @@ class PropertyScope:
     enumerators: Mapping[str, tuple[EnumType, ...]]
     inputs: frozenset[str]
     tables: Mapping[str, Table] = field(default_factory=dict)
-    surroundings: str = ""
-    """The name of the model of the surroundings, one of the machines; "": there is no such model."""
+    surroundings: tuple[str, ...] = ()
+    """The models of the surroundings, by their names; they are among the machines."""
 
     @staticmethod
     def of(arrangement: _Arrangement) -> PropertyScope:
@@ -146,7 +146,7 @@ class PropertyScope:
             enumerators=enumerators_of(arrangement.types.values()),
             inputs=frozenset(w.variable.name for w in arrangement.whiteboard if w.role == "input"),
             tables=arrangement.tables,
-            surroundings="" if arrangement.environment is None else arrangement.environment.name,
+            surroundings=arrangement.surroundings,
         )
 
     def scope(self) -> Scope:
@@ -176,7 +176,7 @@ class AtomChecker(ExpressionChecker):
 
     def _takes_turns(self, machine: str, node: syntax.Node) -> None:
         """What follows asks for turns, which the model of the surroundings does not take."""
-        if machine == self.properties.surroundings:
+        if machine in self.properties.surroundings:
             hint = f"ask for `{machine}@STATE`, `{machine}.entered` or its variables"
             raise self.fail("E156", "the model of the surroundings takes no turns and has no samples", node, hint)
 
@@ -224,13 +224,13 @@ class AtomChecker(ExpressionChecker):
                 raise self.no_such_step(rest[0], BOOL)
             return typed.Observe(cast(_Observation, name.text), machine, -1, -1, BOOL, self.span(node))
         if variable is None:
-            if name.text in ("read", "sampled") and machine != self.properties.surroundings:
+            if name.text in ("read", "sampled") and machine not in self.properties.surroundings:
                 hint = f"write `{machine}.{name.text}(x)`, where `x` is an input"
                 raise self.fail("E117", f"`{name.text}` takes an input", node, hint)
             if name.text in view.signature.states:
                 hint = f"write `{machine}@{name.text}`"
             else:
-                own = machine == self.properties.surroundings
+                own = machine in self.properties.surroundings
                 words = ("entered",) if own else tuple(dict.fromkeys((*OBSERVATIONS, *MACHINE_FUNCTIONS)))
                 near = self._state_compared(node, view) or member_meant(machine, name.text, (), PROPERTY_FUNCTIONS)
                 near = near or did_you_mean(name.text, [*view.variables, *view.state_variables, *words])

@@ -660,7 +660,7 @@ class ExpressionChecker:
         if self.scope.surroundings:
             message, hint = NO_MACHINES
             raise self.fail("E156", message, name, hint)
-        if name.text not in self.scope.machines and name.text == self.scope.unseen:
+        if name.text not in self.scope.machines and name.text in self.scope.unseen:
             hint = "read the inputs that it writes; only properties can refer to it"
             raise self.fail("E111", f"machines do not see the model of the surroundings, `{name.text}`", name, hint)
         if name.text not in self.scope.machines:

@@ -105,11 +105,11 @@ class Scope:
     chooses: bool = False
     """The text is of a model, so it may say `choose(…)`."""
     surroundings: bool = False
-    """The text is of the model of the surroundings: it writes inputs and its own variables, and sees no machines."""
+    """The text is of a model of the surroundings: it writes inputs and its own variables, and sees no machines."""
     runs: tuple[str, ...] = ()
     """The machine instances that the state runs."""
-    unseen: str = ""
-    """What the model of the surroundings is called, which machines do not see; "": there is no such model."""
+    unseen: tuple[str, ...] = ()
+    """The models of the surroundings, which machines do not see."""
     tables: Mapping[str, Table] = field(default_factory=dict)
     integer_guards: bool = False
     """Read an integer where a bool is expected as `!= 0` (texts of other tools that follow C)."""

@@ -99,7 +99,7 @@ class _Reader:
 
     def _need(self, name: str, kind: Value, fragment: Fragment) -> None:
         """Make a parameter. DiagnosticError (E430): no parameter can have the name, or one of another kind has it."""
-        if self._scope is not None and name == self._scope.surroundings:
+        if self._scope is not None and name in self._scope.surroundings:
             raise DiagnosticError(_not_there(UNREADABLE, name, fragment.span(0, len(fragment.text))))
         if name in RESERVED or self._parameters.get(name, kind) != kind:
             what = "a word of the language" if name in RESERVED else "both a machine and a variable"
@@ -132,7 +132,7 @@ class _Reader:
             else:
                 self._need(name, {"whiteboard": "bool"}, fragment)
         elif name in scope.machines and name not in scope.whiteboard:
-            if name == scope.surroundings:
+            if name in scope.surroundings:
                 self._need(name, _MACHINE, fragment)
             assert isinstance(step, syntax.Member)
             self._observation(node, step.name.text, fragment, edits)
@@ -215,20 +215,20 @@ def surroundings_in(atoms: Mapping[str, Fragment], arrangement: Arrangement) -> 
     """A warning (W003) where atoms speak of the model of the surroundings, which is not there at run time: one for all
     of them, at the first place."""
     called = PropertyScope.of(arrangement).surroundings
-    places = [place for fragment in atoms.values() if called and (place := _named_in(fragment, called))]
-    if not places:
+    named = [pair for fragment in atoms.values() if called and (pair := _named_in(fragment, called))]
+    if not named:
         return None
-    found, others = _not_there(NOT_THERE, called, places[0]), [str(place) for place in places[1:]]
+    found, others = _not_there(NOT_THERE, *named[0]), [str(place) for _, place in named[1:]]
     more = f" and {counted(len(others) - MOST_PLACES, 'more place')}" if len(others) > MOST_PLACES else ""
     return replace(found, notes=(f"also at {', '.join(others[:MOST_PLACES])}{more}",) if others else ())
 
 
-def _named_in(fragment: Fragment, called: str) -> Span | None:
-    """The first place of an atom that speaks of what is called so."""
+def _named_in(fragment: Fragment, called: tuple[str, ...]) -> tuple[str, Span] | None:
+    """The first of these names that an atom speaks of, and its place."""
     for node in expressions_in(parse_guard(fragment).root):
         name = node.machine if isinstance(node, syntax.StateTest) else getattr(node, "name", None)
-        if isinstance(name, syntax.Name) and name.text == called:
-            return fragment.span(node.start, node.end)
+        if isinstance(name, syntax.Name) and name.text in called:
+            return name.text, fragment.span(node.start, node.end)
     return None
 
 

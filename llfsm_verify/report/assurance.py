@@ -94,8 +94,8 @@ def _assumptions(checked: Checked) -> Iterator[str]:
     yield "- The texts say what is meant."
     for line in checked.properties.assumptions:
         yield f"- {line.name}: `{asked_text('ltl', line.text)}`."
-    if arrangement.environment is not None:
-        yield f"- The surroundings behave as the model `{arrangement.environment.kind}` says."
+    for plant in arrangement.plants:
+        yield f"- The surroundings behave as the model `{plant.kind}` says."
     free = [w.variable.name for w in arrangement.whiteboard if w.role == "input" and not w.driven]
     if free:
         yield f"- Nothing is assumed about these inputs: {', '.join(f'`{name}`' for name in free)}."

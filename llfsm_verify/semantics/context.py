@@ -26,10 +26,10 @@ class Context:
     """Scalars of unstored inputs that atoms mention."""
     controls: dict[str, Control] = field(default_factory=dict)
     """The scheduled machines."""
-    environment: Control | None = None
-    """The model of the surroundings."""
+    plants: dict[str, Control] = field(default_factory=dict)
+    """The models of the surroundings."""
     surroundings: Block = ()
-    """Its ringlet."""
+    """Their ringlets."""
     inputs: dict[str, InputScalar] = field(default_factory=dict)
     variables: dict[str, Var] = field(default_factory=dict)
     choices: dict[str, Choice] = field(default_factory=dict)
@@ -104,9 +104,7 @@ class Context:
         return name
 
     def control(self, machine: str) -> Control:
-        if self.environment is not None and machine == self.environment.machine.name:
-            return self.environment
-        return self.controls[machine]
+        return self.plants[machine] if machine in self.plants else self.controls[machine]
 
     def owners(self) -> list[Machine]:
         """The machines with states that run others, owners before what they run."""
@@ -134,8 +132,8 @@ class Context:
 
     @property
     def every_control(self) -> list[Control]:
-        """Of the scheduled machines, and of the model of the surroundings."""
-        return [*self.controls.values(), *([] if self.environment is None else [self.environment])]
+        """Of the scheduled machines, and of the models of the surroundings."""
+        return [*self.controls.values(), *self.plants.values()]
 
     @property
     def input_variables(self) -> frozenset[str]:

@@ -20,7 +20,7 @@ def declare_processes(context: Context) -> None:
         names = tuple(process.schedule)
         context.control_var(process_var(context, index, "turn"), Int(0, len(names) - 1), 0, "", names)
         told = context.arrangement.profile.snapshot == "cycle" and context.samples.readers
-        begun = context.environment is not None or any(s.stored and s.choice for s in context.inputs.values())
+        begun = bool(context.plants) or any(s.stored and s.choice for s in context.inputs.values())
         if told or begun or context.arrangement.operators:
             context.control_var(process_var(context, index, "begins"), BOOL, 1)
         if all(c.absents or any(s.finishes for s in c.states) for c in members):
@@ -88,10 +88,7 @@ def lower_process(context: Context, index: int, slots: tuple[int, ...]) -> Proce
 def _end_cycle(context: Context, index: int) -> list[Stmt]:
     """A cycle of the process is complete: its clocks go on, it may have ended, and another cycle begins."""
     body: list[Stmt] = []
-    clocked = _members(context, index)
-    if context.environment is not None:
-        clocked.append(context.environment)
-    for control in clocked:
+    for control in (*_members(context, index), *context.plants.values()):
         body += _tick(context, control)
     ended, accepting = process_var(context, index, "ended"), process_var(context, index, "accepting")
     if ended in context.variables:

@@ -89,10 +89,10 @@ def declare_controls(context: Context, wants_finished: frozenset[str]) -> None:
         control = _control(context, index, machine, received[machine.name], surveys[machine.name])
         context.controls[machine.name] = control
         _declare_control(context, control, machine.name in wants_finished, received[machine.name])
-    if arrangement.environment is not None:
-        surveyed = [_surveys(s) for s in arrangement.environment.states]
-        context.environment = _control(context, len(context.controls), arrangement.environment, set(), surveyed)
-        _declare_control(context, context.environment, False, set())
+    for index, plant in enumerate(arrangement.plants, len(context.controls)):
+        surveyed = [_surveys(s) for s in plant.states]
+        context.plants[plant.name] = _control(context, index, plant, set(), surveyed)
+        _declare_control(context, context.plants[plant.name], False, set())
 
 
 def _surveys(state: State) -> tuple[Survey, Survey]:
@@ -113,7 +113,7 @@ def _control(
     by_transition = suspend is not None and any(
         (i == suspend) != (t.target == suspend) for i, s in enumerate(states) for t in s.transitions
     )
-    scheduled = machine is not arrangement.environment
+    scheduled = machine.name not in arrangement.surroundings
     process, position = 0, -1
     if scheduled:
         process = next(i for i, p in enumerate(arrangement.processes) if machine.name in p.schedule)

@@ -51,7 +51,7 @@ def lower_slot(context: Context, control: Control, slot: int) -> Slot:
     epilogue: list[Stmt] = []
     touched = [control.machine.name]
     if may_begin(context, control):
-        touched += [] if context.environment is None else [context.environment.machine.name]
+        touched += context.plants
         touched += sorted({o.target for o in context.arrangement.operators if o.kind != "write"} - set(touched))
     if profile.commands == "end_of_ringlet":
         for name in (name for name in commanded if context.control(name).pending):
@@ -77,17 +77,17 @@ def lower_slot(context: Context, control: Control, slot: int) -> Slot:
 
 
 def lower_surroundings(context: Context) -> Block:
-    """The ringlet of the model of the surroundings, for the prologues of the slots that can begin a cycle."""
-    control = context.environment
-    if control is None:
-        return ()
-    arms = [(i, _state_block(context, control, i)) for i in range(len(control.states))]
-    return (Switch(control.state, tuple(arms)),) if len(arms) > 1 else arms[0][1]
+    """The ringlets of the models of the surroundings, for the prologues of the slots that can begin a cycle."""
+    body: list[Stmt] = []
+    for control in context.plants.values():
+        arms = [(i, _state_block(context, control, i)) for i in range(len(control.states))]
+        body += (Switch(control.state, tuple(arms)),) if len(arms) > 1 else arms[0][1]
+    return tuple(body)
 
 
 def _begin_cycle(context: Context, control: Control) -> list[Stmt]:
-    """Before the first ringlet of a cycle operators act, the model of the surroundings has its own, and the inputs that
-    may change once a cycle are brought up to date."""
+    """Before the first ringlet of a cycle operators act, the models of the surroundings have theirs, and the inputs
+    that may change once a cycle are brought up to date."""
     flag = process_var(context, control.process, "begins")
     if flag not in context.variables or not may_begin(context, control):
         return []

@@ -88,7 +88,7 @@ def watched(given: Arrangement, image: Arrangement, properties: PropertySet, opt
     problems: list[Diagnostic] = []
     there: list[Property] = []
     for line in properties.properties:
-        warning = surroundings_in(line.atoms, given) if given.environment is not None else None
+        warning = surroundings_in(line.atoms, given) if given.plants else None
         if warning is None:
             there.append(line)
         else:

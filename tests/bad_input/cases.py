@@ -243,6 +243,22 @@ CASES: tuple[Case, ...] = (
         PLANT("fixed = choose(bool);").replace("fixed:", "§fixed:"),
         "E088",
     ),
+    Case(
+        "two plants that write one input",
+        PLANT("")
+        .replace(
+            "environment: {inline: ",
+            "environment: {one: {inline: {machine: O, states: [{name: A, internal: n = 1;}]}}, two: {inline: ",
+        )
+        .replace("internal: ''}]}}", "internal: '§n = 2;'}]}}}"),
+        "E532",
+    ),
+    Case("a plant of several without a machine", TOP("environment: {§one: {parameters: {}}}"), "E060"),
+    Case(
+        "a plant with the name of a machine",
+        TOP("environment: {m: {inline: {machine: P, states: [{name: A}]}}}").replace("machines: {m", "machines: {§m"),
+        "E118",
+    ),
     Case("surroundings as a name alone", TOP("environment: §railway.yaml"), "E030"),
     Case(
         "surroundings that write what changes with the cycle",

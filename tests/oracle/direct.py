@@ -81,8 +81,8 @@ class Configuration:
     """By machine ("": any) and scalar, what was sampled last: of what the atoms ask for."""
     samplers: frozenset[tuple[str, str]] = frozenset()
     """The machines and the inputs that they sampled in the step (the cycle so far)."""
-    environment: MachineState | None = None
-    """Of the model of the surroundings."""
+    plants: tuple[MachineState, ...] = ()
+    """Of the models of the surroundings."""
     faulted: frozenset[str] = frozenset()
     """The machines whose ringlet in the step (the cycle so far) ended in a fault that unloaded them."""
     refused: frozenset[str] = frozenset()
@@ -174,11 +174,11 @@ class Direct:
                 self.source[name] = w.variable.name
                 if w.free:
                     self.free.add(name)
-        self.surroundings = arrangement.environment
-        written = {a.target.variable.name for a in nodes(_all_texts(self.surroundings), typed.Assign)
+        self.plants = arrangement.plants
+        written = {a.target.variable.name for a in nodes(_all_texts(self.plants), typed.Assign)
                    if isinstance(a.target, typed.Read)}  # fmt: skip
         self.driven = {w.variable.name: w.variable for w in inputs if w.variable.name in written}
-        """The inputs that the model of the surroundings writes."""
+        """The inputs that the models of the surroundings write."""
         held = self.profile.snapshot == "cycle"
         self.stored = {n for n, c in self.changes.items() if c != "step" or held or self.source[n] in self.driven}
         self.constant = {n for n, c in self.changes.items() if c == "never"}
@@ -245,7 +245,6 @@ class Direct:
             if name in self.free:
                 first[name] = choose("free", name, values_of(self.input_types[name]))
         machines = []
-        env = self.surroundings
         for m in self.arrangement.machines:
             state = replace(self.fresh(m), loaded=m.loaded)
             if m.suspended and m.initial != self.suspend_state(m):
@@ -258,7 +257,7 @@ class Direct:
             tuple(machines),
             tuple(ProcessState() for _ in self.arrangement.processes),
             sampled=tuple((key, self.input_inits[key[1]]) for key in self.asked),
-            environment=None if env is None else MachineState(env.initial, env.initial, clock_of=env.initial),
+            plants=tuple(MachineState(p.initial, p.initial, clock_of=p.initial) for p in self.plants),
         )
 
     # ------------------------------------------------------------ steps
@@ -333,8 +332,8 @@ def _texts(state: State) -> tuple[object, ...]:
     return (*(getattr(state, k) for k in ACTION_KINDS), *(t.guard for t in state.transitions))
 
 
-def _all_texts(machine: Machine | None) -> tuple[object, ...]:
-    return () if machine is None else tuple(_texts(s) for s in machine.states)
+def _all_texts(machines: Sequence[Machine]) -> tuple[object, ...]:
+    return tuple(_texts(s) for machine in machines for s in machine.states)
 
 
 def _flat(value: Value) -> list[Scalar]:
@@ -358,8 +357,7 @@ class _Turn:
         self.variables = dict(c.variables)
         self.stored = dict(c.stored)
         self.machines = dict(zip(direct.by_name, c.machines, strict=True))
-        if c.environment is not None and direct.surroundings is not None:
-            self.machines[direct.surroundings.name] = c.environment
+        self.machines |= zip((plant.name for plant in direct.plants), c.plants, strict=True)
         self.processes = list(c.processes)
         self.inputs = direct.inputs
         self.wide = False
@@ -389,7 +387,7 @@ class _Turn:
             tuple(self.machines[n] for n in self.direct.by_name),
             tuple(self.processes), frozenset(self.ran), frozenset(self.fired), self.cycle,
             tuple(sorted(self.shown.items())), True, tuple(self.sampled_last.items()), frozenset(self.samplers),
-            None if self.direct.surroundings is None else self.machines[self.direct.surroundings.name],
+            tuple(self.machines[plant.name] for plant in self.direct.plants),
             frozenset(self.faulted), frozenset(self.refused), self.before.before,
         )  # fmt: skip
 
@@ -453,7 +451,8 @@ class _Turn:
         self.processes[number] = replace(self.processes[number], begins=False)
         for operator in self.arrangement.operators:
             self._operate(operator.kind, operator.target)
-        self._surroundings()
+        for plant in self.direct.plants:
+            self._surroundings(plant)
         for name, changes in self.direct.changes.items():
             if self.direct.source[name] in self.direct.driven:
                 continue
@@ -481,11 +480,8 @@ class _Turn:
 
     # ------------------------------------------------------------ plants (section 10)
 
-    def _surroundings(self) -> None:
-        """The ringlet of the model of the surroundings, to which the inputs that it writes are variables."""
-        env = self.direct.surroundings
-        if env is None:
-            return
+    def _surroundings(self, env: Machine) -> None:
+        """The ringlet of a model of the surroundings, to which the inputs that they write are variables."""
         me, inputs, fired = self.me, self.inputs, set(self.fired)
         self.me, self.inputs = env.name, frozenset()
         for name, variable in self.direct.driven.items():
@@ -629,8 +625,7 @@ class _Turn:
         turn = live[0] if live else 0
         self.processes[number] = replace(process, turn=turn, begins=True, ended=ended, all_accept=True)
         if self.arrangement.timing == "timed":
-            env = self.direct.surroundings
-            for m in (*schedule, *([] if env is None else [env.name])):
+            for m in (*schedule, *(plant.name for plant in self.direct.plants)):
                 last = self.direct.clocks[m, 0].last
                 self.machines[m] = replace(self.machines[m], clock=min(self.machines[m].clock + 1, last))
         return True

@@ -114,8 +114,8 @@ class Lockstep:
             seen[f"{m.name}.$finished"] = int(its.finished)
             seen[f"{m.name}.$loaded"] = int(its.loaded)
             seen[f"{m.name}.$done"] = int(its.done)
-        if self.arrangement.environment is not None and c.environment is not None:
-            seen[f"{self.arrangement.environment.name}.$state"] = c.environment.state
+        for plant, its in zip(self.arrangement.plants, c.plants, strict=True):
+            seen[f"{plant.name}.$state"] = its.state
         for p, its in zip(self.arrangement.processes, c.processes, strict=True):
             seen[f"{p.name}.$ended"] = int(its.ended)
             if not its.ended:

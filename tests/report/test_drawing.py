@@ -143,8 +143,7 @@ machines: {m: {inline: {machine: M, states: [{name: ON, on_entry: power = true;,
 
 
 def test_every_line_of_an_action_and_of_a_guard_is_drawn():
-    assert PLANT.environment is not None
-    graph = machine_graph(PLANT.environment)
+    graph = machine_graph(PLANT.plants[0])
     assert graph.nodes[1].lines == (
         "on entry: level = 5; dry = false",
         "internal:",

@@ -246,6 +246,44 @@ def test_no_monitor_machine_reads_it() -> None:
         assert "absent when the arrangement runs" in str(caught.value)
 
 
+def several(*plants: Document, **more: object) -> Document:
+    """Plants `p0`, `p1`, … and a machine that does nothing."""
+    return arrangement({f"p{i}": plant for i, plant in enumerate(plants)}, {"a": machine(IDLE)}, **more)
+
+
+def test_several_have_their_ringlets_in_the_order_written() -> None:
+    follows = machine({"name": "FOLLOW", "internal": "free = n == 1;"})
+    hold(several(COUNTS, follows), "G (free <-> n == 1)", "G p0@COUNT && G p1@FOLLOW", "X (n == 1 && free)")
+    hold(several(follows, COUNTS), "X (n == 1 && !free)", "X X (n == 2 && free)")
+
+
+def test_each_has_variables_and_a_clock_of_its_own() -> None:
+    def timed(text: str) -> Document:
+        states: tuple[Document, ...] = (
+            {
+                "name": "LOW",
+                "variables": {"k": {"type": "0..1"}},
+                "transitions": [{"when": "after_ms(10)", "to": "UP"}],
+            },
+            {"name": "UP", "on_entry": text},
+        )
+        return machine(*states, variables={"k2": {"type": "0..1", "init": 1}})
+
+    document = several(timed("n = 3;"), timed("free = true;"), cycle_ms=10)
+    hold(document, "X X X X (n == 3 && free)", "X X X (n == 0 && !free)", "G (p0.k2 == 1 && p1.LOW.k == 0)")
+
+
+def test_a_plant_that_two_properties_name_is_absent_at_run_time() -> None:
+    from llfsm_verify.monitoring.machine_reads import surroundings_in
+
+    found = surroundings_in(
+        parse_properties([Source("p", "G (p1.entered || p0.entered)")]).atoms,
+        build_arrangement(several(COUNTS, machine({"name": "ON", "internal": "free = true;"}))),
+    )
+    assert found is not None
+    assert "`p1` is the model of the surroundings" in found.message
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["bmc", "induction", "pdr", "auto"])
 def test_the_other_engines_know_it(engine: str) -> None:

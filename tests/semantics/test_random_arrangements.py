@@ -16,7 +16,8 @@ from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import Interpreter, Outcome
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.language.atoms import PropertyScope, check_atom
-from llfsm_verify.language.typed import Expression
+from llfsm_verify.language.typed import Expression, Variable
+from llfsm_verify.language.types import BoolType, RangeType
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.semantics.lowering import lower
@@ -56,6 +57,47 @@ def follows_the_page(document: Document) -> None:
     arrangement = build_arrangement(document)
     atoms = formulas(arrangement, 10)
     Lockstep(arrangement, lowered(arrangement, atoms), Direct(arrangement, atoms)).walk(CONFIGURATIONS)
+
+
+def with_second(document: Document) -> Document | None:
+    """The document with two plants, of which one writes an input that was free so far; None: it cannot have them."""
+    board = document["whiteboard"]
+    assert isinstance(board, dict)
+    inputs = [w.variable for w in build_arrangement(document).whiteboard if w.role == "input" and not w.driven]
+    free = [v for v in inputs if isinstance(v.type, BoolType | RangeType) and "changes" not in board[v.name]]
+    plants = [document["environment"]] if "environment" in document else []
+    while len(plants) < 2 and free and "schedule" in document:
+        plants.append({"inline": follower(free.pop(), f"Plant{len(plants)}")})
+    if len(plants) < 2:
+        return None
+    order = {"first": plants[0], "second": plants[1]}
+    return {**document, "environment": order if len(board) % 2 else dict(reversed(order.items()))}
+
+
+def follower(variable: Variable, name: str) -> Document:
+    """A plant that writes one input."""
+    word, kind = variable.name, variable.type
+    low, high = ("false", "true") if not isinstance(kind, RangeType) else (str(kind.low), str(kind.high))
+    states = [
+        {"name": "A", "internal": f"{word} = choose({low}, {high});",
+         "transitions": [{"when": f"{word} == {low}", "to": "B"}]},
+        {"name": "B", "on_entry": "k = choose(0..1);", "internal": f"if (k == 0) {word} = {high};",
+         "transitions": [{"when": f"{word} == {high}", "to": "A"}]},
+    ]  # fmt: skip
+    return {"machine": name, "variables": {"k": {"type": "0..1"}}, "states": states}
+
+
+class SecondPlant:
+    """Compares arrangements with several plants, and counts them."""
+
+    def __init__(self) -> None:
+        self.seen = 0
+
+    def __call__(self, document: Document) -> None:
+        both = with_second(document)
+        if both is not None:
+            follows_the_page(both)
+            self.seen += 1
 
 
 def keeps_its_words(document: Document) -> None:
@@ -123,6 +165,13 @@ class NativeCheck:
 @pytest.mark.slow
 def test_lowering_follows_the_page() -> None:
     run(examples(40), follows_the_page)
+
+
+@pytest.mark.long
+def test_several_plants_follow_the_page() -> None:
+    check = SecondPlant()
+    run(many(200), check)
+    assert check.seen or not FRESH
 
 
 @pytest.mark.slow

@@ -55,7 +55,7 @@ def stays(document: Document, tally: Counter[str]) -> None:
         tally["late"] += bool(found.late)
     tally["processes"] += len(arrangement.processes) > 1
     tally["cycles"] += arrangement.observe == "cycle"
-    tally["plants"] += arrangement.environment is not None
+    tally["plants"] += bool(arrangement.plants)
 
 
 KINDS = ("draws saved", "forgotten", "ended", "faults", "moved", "late", "carried", "processes", "cycles", "plants")

@@ -97,7 +97,7 @@ def coverage(
             complete=reach.complete,
             reason=None if reach.complete else reach.reason,
             modelled=tuple(sorted(modelled(arrangement))),
-            surroundings=None if arrangement.environment is None else arrangement.environment.name,
+            surroundings=", ".join(arrangement.surroundings) or None,
             inputs=reach.inputs,
             seconds=time.monotonic() - started,
         )

@@ -253,7 +253,7 @@ def _unentered(trace: Trace, problem: Problem) -> Iterator[str]:
     for number, marked in ((0, trace.initial_causes), *((i, s.causes) for i, s in enumerate(trace.steps, 1))):
         read = {name for cause in marked for name, _ in cause.variables}
         for at in (at for cause in marked if cause.value for at in states.get(cause.atom, ())):
-            if problem.arrangement.environment is not None and at.machine == problem.arrangement.environment.name:
+            if at.machine in problem.arrangement.surroundings:
                 continue  # its ringlets are no steps, so a trace does not show when it entered a state
             state = problem.arrangement.machine(at.machine).states[at.state]
             sets = _written_in(state.on_entry)

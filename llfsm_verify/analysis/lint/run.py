@@ -147,10 +147,10 @@ def _once(arrangement: Arrangement) -> Iterator[Finding]:
 
 def _without_inputs(arrangement: Arrangement) -> Iterator[Finding]:
     """A model of the surroundings that leaves all inputs as they are."""
-    if arrangement.environment is not None and not any(w.driven for w in arrangement.whiteboard):
+    if arrangement.plants and not any(w.driven for w in arrangement.whiteboard):
         message = "the model of the surroundings writes no input, so all inputs are free"
         hint = "write `x = choose(…);` in one of its actions, where `x` is an input"
-        yield Finding("L016", "note", message, arrangement.environment.span, (), "text", (), hint)
+        yield Finding("L016", "note", message, arrangement.plants[0].span, (), "text", (), hint)
 
 
 def _late(arrangement: Arrangement) -> Iterator[Finding]:

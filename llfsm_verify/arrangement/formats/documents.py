@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import fields as dataclass_fields
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
+from llfsm_verify.arrangement import model
 from llfsm_verify.arrangement.draft import (
     UNREADABLE,
     ArrangementDraft,
@@ -43,7 +45,7 @@ from llfsm_verify.arrangement.suppressions import KEY
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.yaml.fields import Report, is_name
-from llfsm_verify.yaml.nodes import Mapping, Node, Scalar, Sequence, mark
+from llfsm_verify.yaml.nodes import Mapping, Node, Scalar, Sequence, implied, mark
 from llfsm_verify.yaml.tables import Table
 
 
@@ -64,7 +66,7 @@ def draft_arrangement(reading: Reading, root: Node, name: str) -> ArrangementDra
         machines=_instances(reading, fields.get("machines"), top),
         processes=_processes(reading, fields) if "machines" in fields else UNREADABLE,
         lint=_lint(fields, root),
-        environment=_environment(reading, root, fields.get("environment")),
+        plants=_plants(reading, root, fields.get("environment")),
         access=_access(reading, fields.get("access")),
         **_as_written(ArrangementDraft, fields),
     )
@@ -126,12 +128,19 @@ def _instances(reading: Reading, node: Node | None, top: Span) -> tuple[Instance
     return tuple(_instance(reading, key, value) for key, value in _entries(reading, node, "`machines`"))
 
 
-def _environment(reading: Reading, root: Node, node: Node | None) -> InstanceDraft | None:
-    """The model of the surroundings, under its key in the mapping `root`."""
+_OF_ONE = frozenset((*ENVIRONMENT.keys, *MACHINE.required))
+
+
+def _plants(reading: Reading, root: Node, node: Node | None) -> tuple[InstanceDraft, ...]:
+    """The models of the surroundings, under their key in the mapping `root`: one, or several by their names."""
     if node is None or not isinstance(root, Mapping):
-        return None
+        return ()
     key = next(k for k, value in root.items if value is node)
-    return _instance(reading, key, node, "the `environment`", ENVIRONMENT)
+    items = node.items if isinstance(node, Mapping) else ()
+    if not items or any(name.text in _OF_ONE or not isinstance(value, Mapping) for name, value in items):
+        draft = _instance(reading, key, node, "the `environment`", ENVIRONMENT)
+        return (replace(draft, name=implied(model.ENVIRONMENT, key.span)),)
+    return tuple(_instance(reading, name, value, f"plant `{name.text[:60]}`", ENVIRONMENT) for name, value in items)
 
 
 def _access(reading: Reading, node: Node | None) -> Node | Unreadable | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -18,7 +19,6 @@ from llfsm_verify.arrangement.draft import (
 from llfsm_verify.arrangement.keys import VOCABULARY
 from llfsm_verify.arrangement.model import (
     BETWEEN_STEPS,
-    ENVIRONMENT,
     POLICY,
     REPLACE,
     Access,
@@ -58,7 +58,6 @@ from llfsm_verify.yaml.tables import TRUTHS
 MAX_DIAGNOSTICS = 50
 WORTH_KEEPING = 50_000
 """Characters of actions, those of each instance counted, from which an arrangement is kept: about 0.2 s of work."""
-_TAKEN = f"`{ENVIRONMENT}` is what properties call the model of the surroundings"
 
 
 @paused_collector(lasting=True)
@@ -109,6 +108,10 @@ def _resolved(draft: Draft, *, integer_guards: bool) -> Arrangement:
     return replace(arrangement, warnings=tuple(diagnostics[:MAX_DIAGNOSTICS]))
 
 
+def _taken(name: str) -> str:
+    return f"`{name}` is what properties call the model of the surroundings"
+
+
 def _ordered(diagnostics: list[Diagnostic], sources: list[str]) -> list[Diagnostic]:
     """Without repetitions (two instances of one machine have the same mistakes), sorted by place."""
     unique: dict[tuple[str, str, int], Diagnostic] = {}
@@ -135,14 +138,14 @@ class _Resolver:
     world: Scope
     whiteboard: tuple[WhiteboardVariable, ...]
     instances: dict[str, InstanceText]
-    surroundings: InstanceText | None
+    plants: dict[str, InstanceText]
     suppressions: list[Suppression]
     processes: tuple[Process, ...]
     observe: str
     profile: Profile
     checkers: dict[str, InstanceChecker]
     machines: tuple[Machine, ...]
-    environment: Machine | None
+    surroundings: tuple[Machine, ...]
     operators: tuple[Operator, ...]
     access: Access | None
 
@@ -166,8 +169,7 @@ class _Resolver:
         timed, period = resolve_timing(self.report, self.draft.timing, self.draft.cycle_ms)
         check_time(self.report, [root for c in self.checkers.values() for root in c.timed], timed, period)
         self._warn_unused()
-        everyone = (*self.machines, *([] if self.environment is None else [self.environment]))
-        self.report.diagnostics += constant_comparisons(everyone)
+        self.report.diagnostics += constant_comparisons((*self.machines, *self.surroundings))
         choice, draft = self.report.choice, self.draft
         return Arrangement(
             name=name,
@@ -188,7 +190,7 @@ class _Resolver:
             warnings=(),
             span=draft.span,
             suppressions=tuple(self.suppressions),
-            environment=self.environment,
+            plants=self.surroundings,
             operators=tuple(o for o in self.operators if o.kind not in BETWEEN_STEPS),
             replaceable=tuple(o for o in self.operators if o.kind == REPLACE),
             policy_users=tuple(o for o in self.operators if o.kind == POLICY),
@@ -215,24 +217,26 @@ class _Resolver:
 
     def _read_machines(self) -> None:
         """The machines of the instances and of the surroundings, which know no other machine yet."""
-        environment = self.draft.environment
-        self.instances = self._instances()
-        self.surroundings = None if environment is None else self._instance(environment, surroundings=True)
+        drafts = () if isinstance(self.draft.machines, Unreadable) else self.draft.machines
+        self.instances = self._instances(drafts)
+        self.plants = self._instances(self.draft.plants, surroundings=True)
         for text in {id(i.text): i.text for i in self._all().values()}.values():
             self.suppressions += text.suppressions
 
     def _all(self) -> dict[str, InstanceText]:
-        return self.instances | ({} if self.surroundings is None else {ENVIRONMENT: self.surroundings})
+        return self.plants | self.instances
 
     def _schedule(self) -> None:
         """Whose turn comes when, and what is only with one process."""
         report, draft = self.report, self.draft
-        self.processes = resolve_processes(report, draft.processes, self._places, self.broken, draft.span)
+        self.processes = resolve_processes(
+            report, draft.processes, self._places, self.broken, draft.span, tuple(self.plants)
+        )
         several = len(self.processes) > 1
-        if draft.environment is not None and several:
+        if draft.plants and several:
             hint = "several processes have no common cycle that it could begin: use one process"
             message = "a model of the surroundings needs a single process"
-            report.error("E086", message, draft.environment.name.span, hint)
+            report.error("E086", message, draft.plants[0].name.span, hint)
         self.observe = report.choice(draft.observe, "`observe`", get_args(Observe), "ringlet")
         if self.observe == "cycle" and draft.observe is not None and several:
             hint = "several processes have no common cycle: write `observe: ringlet`"
@@ -245,7 +249,7 @@ class _Resolver:
             report.error("E085", "`snapshot: cycle` needs a single process", place, hint)
 
     def _check_machines(self) -> None:
-        """Guards and actions, now that all names are known; machines inside states; the model of the surroundings."""
+        """Guards and actions, now that all names are known; machines inside states; the models of the surroundings."""
         report, variables = self.report, {w.variable.name: w.variable for w in self.whiteboard}
         order = [m for p in self.processes for m in p.schedule]
         world = self.world = replace(
@@ -255,7 +259,7 @@ class _Resolver:
             others=tuple(order),
             tables=resolve_tables(report, self.draft.tables, {**self.world.enumerators, **self.instances, **variables}),
             inputs=frozenset(w.variable.name for w in self.whiteboard if w.role == "input"),
-            unseen="" if self.surroundings is None else ENVIRONMENT,
+            unseen=tuple(self.plants),
         )
         broken = frozenset(self.broken)
         self.checkers = {n: InstanceChecker(report, world, i, broken) for n, i in self.instances.items()}
@@ -268,10 +272,10 @@ class _Resolver:
                 hint = f"load it with `load_suspended({machine.name})`"
                 message = f"machine `{machine.name}` of the pool is not loaded at first, so it cannot be suspended"
                 report.error("E089", message, machine.span, hint)
-        self.environment = None
-        if self.surroundings is not None:
-            checker = self.checkers[ENVIRONMENT] = InstanceChecker(report, world, self.surroundings, broken)
-            self.environment, self.whiteboard = resolve_surroundings(report, checker.check(), self.whiteboard)
+        plants = {name: InstanceChecker(report, world, plant, broken) for name, plant in self.plants.items()}
+        self.checkers |= plants
+        models = [checker.check() for checker in plants.values()]
+        self.surroundings, self.whiteboard = resolve_surroundings(report, models, self.whiteboard)
 
     def _operate(self) -> None:
         """What operators may command, and who may do what."""
@@ -309,18 +313,18 @@ class _Resolver:
             check(process.name for process in draft.processes if process.name is not None)
         for variable in (w.variable for w in self.whiteboard if w.variable.name in self._all()):
             message = f"there is also a machine `{variable.name}`"
-            if variable.name == ENVIRONMENT and self.surroundings is not None:
-                message = _TAKEN
+            if variable.name in self.plants:
+                message = _taken(variable.name)
             self.report.error("E118", message, variable.span, "properties could not tell them apart: rename one")
 
     # ------------------------------------------------------------ machines
 
-    def _instances(self) -> dict[str, InstanceText]:
-        drafts = () if isinstance(self.draft.machines, Unreadable) else self.draft.machines
+    def _instances(self, drafts: Iterable[InstanceDraft], *, surroundings: bool = False) -> dict[str, InstanceText]:
+        drafts = tuple(drafts)
         self.report.distinct(draft.name for draft in drafts)
         found: dict[str, InstanceText] = {}
         for draft in drafts:
-            instance = self._instance(draft)
+            instance = self._instance(draft, surroundings=surroundings)
             if instance is None:
                 self.broken.add(draft.name.text)
             else:
@@ -338,12 +342,11 @@ class _Resolver:
             return None
         arguments = {argument.text: (argument, value) for argument, value in draft.arguments}
         if surroundings:
-            name = ENVIRONMENT
             if isinstance(draft.machine, MachineDraft) and draft.machine.suspend is not None:
                 message = "the model of the surroundings is never suspended"
                 self.report.error("E087", message, mark(draft.machine.suspend), "remove `suspend`")
-        elif name == ENVIRONMENT and self.draft.environment is not None:
-            self.report.error("E118", _TAKEN, draft.name.span, "choose another name")
+        elif name in {plant.name.text for plant in self.draft.plants}:
+            self.report.error("E118", _taken(name), draft.name.span, "choose another name")
         return InstanceText(
             name, text, arguments, suspended, draft.name.span, model, surroundings, cast(OnFault, on_fault)
         )

@@ -10,7 +10,7 @@ from llfsm_verify.arrangement.model import ENVIRONMENT, Machine, Process, Whiteb
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.language.trees import of_kind
-from llfsm_verify.language.typed import Assign, Read
+from llfsm_verify.language.typed import Read
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Mapping, Node, mark
 
@@ -21,6 +21,7 @@ def resolve_processes(
     machines: dict[str, Span],
     broken: set[str],
     whole: Span,
+    plants: Sequence[str] = (),
 ) -> tuple[Process, ...]:
     """The processes of the arrangement at `whole`; `machines` are the instances and where they stand."""
     if isinstance(drafts, Unreadable):
@@ -32,7 +33,7 @@ def resolve_processes(
     found: list[Process] = []
     for draft in drafts:
         name = "main" if draft.name is None else report.name(draft.name, "the name of a process")
-        slots = _slots(report, draft.slots, "schedule", machines, broken, seen)
+        slots = _slots(report, draft.slots, "schedule", machines, broken, seen, plants)
         pool = None if draft.pool is None else _slots(report, draft.pool, "pool", machines, broken, seen)
         if name is None or slots is None or (pool is None and draft.pool is not None):
             return ()
@@ -46,7 +47,13 @@ def resolve_processes(
 
 
 def _slots(
-    report: Report, node: Node, what: str, machines: dict[str, Span], broken: set[str], seen: dict[str, Span]
+    report: Report,
+    node: Node,
+    what: str,
+    machines: dict[str, Span],
+    broken: set[str],
+    seen: dict[str, Span],
+    plants: Sequence[str] = (),
 ) -> tuple[str, ...] | None:
     """The machines of the schedule, or of the pool, of one process in order, None when there is no such list."""
     hint = "write the names of the machines in the order of their turns"
@@ -66,7 +73,7 @@ def _slots(
             continue
         if scalar.text not in machines:
             near = did_you_mean(scalar.text, machines)
-            if scalar.text == ENVIRONMENT:
+            if scalar.text in (ENVIRONMENT, *plants):
                 near = "remove it: the model of the surroundings begins every cycle, and has no turn in the schedule"
             report.error("E081", f"there is no machine `{scalar.text[:60]}`", mark(scalar), near)
         elif scalar.text in seen:
@@ -80,26 +87,36 @@ def _slots(
 
 
 def resolve_surroundings(
-    report: Report, machine: Machine, whiteboard: tuple[WhiteboardVariable, ...]
-) -> tuple[Machine, tuple[WhiteboardVariable, ...]]:
-    """The model of the surroundings as a machine that is never suspended and never finishes, and the whiteboard with
-    the inputs that it writes marked."""
-    for state in machine.states:
+    report: Report, machines: Sequence[Machine], whiteboard: tuple[WhiteboardVariable, ...]
+) -> tuple[tuple[Machine, ...], tuple[WhiteboardVariable, ...]]:
+    """The models of the surroundings as machines that are never suspended and never finish, and the whiteboard with
+    the inputs that they write marked."""
+    inputs = {w.variable.name for w in whiteboard if w.role == "input"}
+    written: dict[str, tuple[str, Span]] = {}
+    for machine in machines:
+        for name, span in machine.writes():
+            owner, first = written.setdefault(name, (machine.name, span))
+            if owner != machine.name and name in inputs:
+                message = f"the plants `{owner}` and `{machine.name}` both write the input `{name}`"
+                report.error("E532", message, span, "let one of them write it", (f"`{owner}` writes it at {first}",))
+    states = [state for machine in machines for state in machine.states]
+    for state in states:
         if state.on_suspend or state.on_resume:
             message = "the model of the surroundings is never suspended, so `on_suspend` and `on_resume` never run"
             report.error("E087", message, state.span, "remove them")
-    targets = [a.target for s in machine.states for a in of_kind(s, Assign)]
-    written = {t.variable.name for t in targets if isinstance(t, Read)}
-    inputs = {w.variable.name for w in whiteboard if w.role == "input"}
     for entry in whiteboard:
         if entry.changes != "step" and entry.variable.name in written:
             message = f"the model of the surroundings writes `{entry.variable.name}`, so `changes` has no meaning"
             report.error("E088", message, entry.variable.span, f"remove `changes: {entry.changes}`")
-    for read in (r for s in machine.states for r in of_kind(s, Read)):
+    for read in (r for s in states for r in of_kind(s, Read)):
         name = read.variable.name
         if name in inputs and name not in written:
             message = f"the model of the surroundings reads `{name}`, an input that it does not write"
             report.error("E156", message, read.span, f"write it too: `{name} = choose(…);`")
-    states = tuple(replace(s, stays=not s.transitions) for s in machine.states)
     marked = tuple(replace(w, driven=w.role == "input" and w.variable.name in written) for w in whiteboard)
-    return replace(machine, states=states, suspend=None, model=True), marked
+    return tuple(_unending(machine) for machine in machines), marked
+
+
+def _unending(machine: Machine) -> Machine:
+    states = tuple(replace(s, stays=not s.transitions) for s in machine.states)
+    return replace(machine, states=states, suspend=None, model=True)

@@ -81,9 +81,9 @@ def arrangement_graph(arrangement: Arrangement) -> Graph:
     and writes, and the machines that it watches and commands."""
     keys = {machine.name: f"m{i}" for i, machine in enumerate(arrangement.machines)}
     nodes = list(_machine_nodes(arrangement, keys))
-    if arrangement.environment is not None:
-        keys[arrangement.environment.name] = "env"
-        nodes.append(Node("env", arrangement.environment.name, ("surroundings",), "machine"))
+    for number, name in enumerate(arrangement.surroundings):
+        keys[name] = f"env{number or ''}"
+        nodes.append(Node(keys[name], name, ("surroundings",), "machine"))
     variables = {w.variable.name: f"w{i}" for i, w in enumerate(arrangement.whiteboard)}
     nodes += [
         Node(variables[w.variable.name], w.variable.name, _wrapped(str(w.variable.type), TYPE_WIDTH), w.role)

@@ -52,7 +52,7 @@ def piece_of(
         raise _unsaved(recording, "it continues an earlier recording, but a saved trace begins where a run begins",
                        "take the piece from the first recording of the run")  # fmt: skip
     ran = arrangement_of(recording, lambda _: arrangement, arrangement.path)
-    if ran.environment != arrangement.environment:
+    if ran.plants != arrangement.plants:
         raise _unsaved(recording, "it was made without the model of the surroundings that the arrangement has",
                        "record with --simulate, or name an arrangement without `environment:`")  # fmt: skip
     run = _Run(recording, ran, arrangement, properties, directory)

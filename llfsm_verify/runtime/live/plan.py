@@ -34,7 +34,7 @@ def runnable(arrangement: Arrangement, *, simulated: bool, cycle_ms: Fraction | 
     """
     if not simulated:
         posted = tuple(replace(entry, driven=False) for entry in arrangement.whiteboard)
-        arrangement = replace(arrangement, environment=None, whiteboard=posted)
+        arrangement = replace(arrangement, plants=(), whiteboard=posted)
         for machine in arrangement.machines:
             if machine.model:
                 message = (

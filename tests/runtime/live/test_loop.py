@@ -220,9 +220,9 @@ def test_held_choices_are_not_drawn() -> None:
 
 def test_a_model_runs_in_simulation_only() -> None:
     crossing = load_arrangement("models/level_crossing/arrangement.yaml")
-    assert crossing.environment is not None
-    assert runnable(crossing, simulated=False).environment is None
-    assert runnable(crossing, simulated=True).environment is crossing.environment
+    assert crossing.plants
+    assert runnable(crossing, simulated=False).plants == ()
+    assert runnable(crossing, simulated=True).plants is crossing.plants
     driven = {w.variable.name for w in crossing.whiteboard if w.driven}
     assert driven
     posted = {choice.input for choice in lower(runnable(crossing, simulated=False)).choices}

@@ -299,7 +299,7 @@ def test_a_run_in_the_world_takes_all_states_of_the_model_that_fit():
 
     properties = properties_of("kept: G (level > 2 && level < 8)")
     running = tank("pump = level < 5;")
-    code = code_of(replace(running, environment=None), properties)
+    code = code_of(replace(running, plants=()), properties)
     loop = loop_of(code, 1)
 
     def outcome(action: str):
@@ -332,7 +332,7 @@ def test_a_run_in_the_world_takes_the_states_of_the_model_that_earlier_machines_
 
     properties = properties_of("p: G !spark")
     first, second, third = charging("use = use == 1 ? 0 : 1;"), charging("use = 0;"), charging("use = 2;")
-    loop = loop_of(code_of(replace(second, environment=None), properties), 1)
+    loop = loop_of(code_of(replace(second, plants=()), properties), 1)
     question = Question(second, third, "keeper", properties, loop.code, loop.record, loop.states)
     assert isinstance(check_update(question, Budget(LIMITS)), Accepted)
     refusal = check_update(replace(question, earlier=((first, "keeper"),)), Budget(LIMITS))

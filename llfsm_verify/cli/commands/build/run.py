@@ -52,7 +52,7 @@ def run(options: Namespace) -> int:
     made = target.make(arrangement, wanted)
     if made.promise:
         Output().plain("".join(f"{line}\n" for line in (*made.promise, "")))
-    if given.environment is not None:
+    if given.plants:
         tell("note: the model of the surroundings is left out: the inputs that it wrote come from the world")
     _tell_kept(arrangement)
     if options.output is not None:

@@ -43,7 +43,7 @@ def outside(
     named = ", ".join(f"`{order.text}`" for order in orders)
     print(f"when the guard looks once in {_pace(pace)}:")
     print(f"{named}: at most {counted(worst.cycles, 'cycle')} after the frame that violates a property")
-    if arrangement.environment is not None:
+    if arrangement.plants:
         print("note: the proof is without the model of the surroundings, so inputs have any values")
     return 0 if options.no_proof else _prove(options, made, worst.cycles)
 
