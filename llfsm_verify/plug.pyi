@@ -180,6 +180,9 @@ from llfsm_verify.runtime.ports import UNKNOWN as WRONG_PORT
 from llfsm_verify.runtime.ports.line_port import LinePort
 from llfsm_verify.runtime.ports.port import PORTS, Link, Port, Started, Unopened, whole_number
 from llfsm_verify.runtime.ports.port import Kind as PortKind
+from llfsm_verify.runtime.ports.process.kind import CHILD_FIELDS, patience_of
+from llfsm_verify.runtime.ports.process.port import ProcessSettings
+from llfsm_verify.runtime.ports.requests import Request
 from llfsm_verify.runtime.recording.file import HEAD as RECORDING_HEAD
 from llfsm_verify.runtime.recording.file import MAGIC as RECORDING_MAGIC
 from llfsm_verify.runtime.recording.file import PAGE as RECORDING_PAGE
@@ -207,6 +210,7 @@ __all__ = [
     "ARRANGEMENTS",
     "BOOL",
     "CAUSE_MARK",
+    "CHILD_FIELDS",
     "CLAIMED",
     "COMMANDS",
     "CONTRADICTED",
@@ -331,6 +335,7 @@ __all__ = [
     "PrefixMonitor",
     "Process",
     "ProcessDraft",
+    "ProcessSettings",
     "Program",
     "PropertyResult",
     "PropertySet",
@@ -339,6 +344,7 @@ __all__ = [
     "Replayed",
     "Report",
     "ReportEntry",
+    "Request",
     "Result",
     "Row",
     "RowWriter",
@@ -455,6 +461,7 @@ __all__ = [
     "parse_command",
     "parse_properties",
     "parts",
+    "patience_of",
     "plain_text",
     "portions",
     "postorder",

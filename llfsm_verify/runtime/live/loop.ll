@@ -198,19 +198,27 @@ following:
 out:
   ret void
 }
-; What an operator commanded in the turn before comes no more; the next command, if there is one, does.
-define internal void @command(ptr %c, ptr %t) #1 {
+; What was commanded in the turn before comes no more.
+define internal void @over(ptr %c, ptr %t) #1 {
 entry:
   %given.p = getelementptr i64, ptr %t, i64 <GIVEN>
   %given = load i64, ptr %given.p
   %none = icmp eq i64 %given, 0
-  br i1 %none, label %look, label %reset
+  br i1 %none, label %out, label %reset
 reset:
   %old.i = add i64 %given, <DEFAULTS>
   %old.n = sub i64 %old.i, 1
   %old.p = getelementptr i64, ptr %c, i64 %old.n
   store i64 0, ptr %old.p
   store i64 0, ptr %given.p
+  br label %out
+out:
+  ret void
+}
+; The next command comes, if there is one.
+define internal void @command(ptr %c, ptr %t) #1 {
+entry:
+  %given.p = getelementptr i64, ptr %t, i64 <GIVEN>
   br label %look
 look:
   %command.p = getelementptr i64, ptr %t, i64 <COMMAND>
@@ -262,6 +270,7 @@ define internal void @begin(ptr %c, ptr %t) #1 {
   %fresh = icmp eq i64 %begun, 0
   store i64 1, ptr %begun.p
   call void @draw(ptr %c, ptr %drawn, ptr %random.p, i1 %fresh)
+  call void @over(ptr %c, ptr %t)
   call void @sources(ptr %c, ptr %t)
   call void @command(ptr %c, ptr %t)
   call void @script(ptr %c, ptr %t, i64 0)

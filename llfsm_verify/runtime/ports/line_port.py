@@ -141,10 +141,13 @@ class LineReader:
         return begun
 
 
-def decode(line: bytes) -> dict[str, Json]:
-    """The object in a line; decimals stay as they are written, as texts. Malformed."""
+def decode(line: bytes, *, constants: bool = False) -> dict[str, Json]:
+    """The object in a line; decimals stay as they are written, as texts. Malformed.
+
+    `constants`: NaN and Infinity are texts too, which no input takes, so that they spoil only their own field.
+    """
     try:
-        found = json.loads(line.decode("utf-8"), parse_float=str, parse_constant=_constant)
+        found = json.loads(line.decode("utf-8"), parse_float=str, parse_constant=str if constants else _constant)
     except UnicodeDecodeError:
         raise Malformed("a line is not UTF-8") from None
     except (ValueError, RecursionError):
@@ -158,10 +161,30 @@ def _constant(name: str) -> None:
     raise ValueError(name)
 
 
+def shown_json(values: Mapping[str, Shown]) -> str:
+    """An object of fields, those with dots nested; decimals are written exactly."""
+    parts: dict[str, list[tuple[str, Shown]]] = {}
+    for name, value in values.items():
+        head, _, rest = name.partition(".") if inner(name) else (name, "", "")
+        parts.setdefault(head, []).append((rest, value))
+    return f"{{{', '.join(f'{json.dumps(head)}: {_part(found)}' for head, found in parts.items())}}}"
+
+
+def inner(name: str) -> bool:
+    """Whether a field is a path into a message: words with dots between them."""
+    return "." in name and all(name.split("."))
+
+
+def _part(found: list[tuple[str, Shown]]) -> str:
+    if found[0][0]:
+        return shown_json(dict(found))
+    value = found[0][1]
+    return json.dumps(value) if isinstance(value, str) else text(value)
+
+
 def encode(values: Mapping[str, Shown]) -> bytes:
-    """An object in a line with its end; decimals are written exactly."""
-    shown = (f"{json.dumps(name)}: {json.dumps(v) if isinstance(v, str) else text(v)}" for name, v in values.items())
-    return f"{{{', '.join(shown)}}}\n".encode()
+    """An object in a line with its end; see `shown_json`."""
+    return f"{shown_json(values)}\n".encode()
 
 
 PIECE = select.PIPE_BUF
@@ -313,7 +336,7 @@ class LinePort:
 
     def _restart(self) -> None:
         """Somebody else reads: what is newest, from its begin."""
-        self._newest = self._newest or self._last
+        self._newest = self._newest or (self._last if self._link.repeats else None)
         self._begun = b""
 
     @property

@@ -6,7 +6,7 @@ the `Link` that the port gets.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, Protocol, get_args
 
@@ -14,9 +14,11 @@ from llfsm_verify.diagnostics import Span
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.registry import Entry, Registry
 from llfsm_verify.runtime.ports import UNKNOWN
+from llfsm_verify.runtime.ports.requests import Request
 from llfsm_verify.values import Shown
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, mark
+from llfsm_verify.yaml.tables import Table
 
 OnFailure = Literal["stale", "safe", "stop"]
 ON_FAILURE: tuple[OnFailure, ...] = get_args(OnFailure)
@@ -41,14 +43,33 @@ class Link(Protocol):
     def fields(self) -> frozenset[str]:
         """Those that feed inputs."""
 
+    @property
+    def latest(self) -> int:
+        """The cycle of the newest outputs."""
+
+    @property
+    def repeats(self) -> bool:
+        """Whether who takes the place of the other side is told the newest values again: not where they are sent `when`
+        something changes.
+        """
+
+    def hello(self, told: Mapping[str, Json]) -> dict[str, Json]:
+        """What a program is told first: see `runtime/ports/process`; `told` is what the kind adds."""
+
     def take(self, values: Mapping[str, Json]) -> None:
         """A message has come: the values of some fields."""
 
     def malformed(self, why: str) -> None:
         """Something has come that is no message."""
 
-    def lost(self, why: str, *, forever: bool = False) -> None:
-        """Where messages come from is gone: `forever`, or it may come back by itself."""
+    def lost(self, why: str, *, forever: bool = False, fields: Collection[str] | None = None) -> None:
+        """Where messages come from is gone: `forever`, or it may come back by itself. Of these fields, or of all."""
+
+    def report(self, number: int, state: str, values: Mapping[str, Json], *, end: bool) -> None:
+        """The request of this number is in this state now, and `values` are its feedback, or at the end its answer."""
+
+    def say(self, what: str) -> None:
+        """Show it to the user, once for each text."""
 
     def cycle(self, number: int, values: Mapping[str, Json]) -> None:
         """With `clock: external`: the next cycle begins, and has these values of some fields."""
@@ -88,6 +109,26 @@ class Port(Protocol):
         return
 
 
+class AskingPort(Port):
+    """A port that can also ask, and is told how the run ends."""
+
+    def ask(self, number: int, name: str, values: Mapping[str, Shown]) -> None:
+        """Send the request of this name, with the values of its fields; it is to be answered by its number."""
+        raise NotImplementedError
+
+    def cancel(self, number: int) -> None:
+        """The answer to a request is not wanted any more."""
+        raise NotImplementedError
+
+    def safe(self, values: Mapping[str, Shown]) -> None:
+        """The run has ended, and these are safe values of its outputs, by field."""
+        raise NotImplementedError
+
+    def end(self, ending: str) -> None:
+        """Nothing more is sent. The port is `flushed` when the other side has gone as well."""
+        raise NotImplementedError
+
+
 Opener = Callable[[Link], Port]
 """Opens a port. Unopened; ModuleNotFoundError: a package is not installed."""
 
@@ -112,6 +153,21 @@ class PortSpec:
     span: Span | None = None
     paces: bool = False
     """Cycles begin when this port says so, and it is sent the frame at the end of each."""
+    values: Mapping[str, str] = field(default_factory=dict)
+    """Texts of the other side, and what they are called here."""
+    events: Mapping[str, str] = field(default_factory=dict)
+    """Inputs that have the value of a message for one cycle, and then this value of rest."""
+    when: str | None = None
+    """The slot by whose change a message goes out; None: any output."""
+    requests: tuple[Request, ...] = ()
+    never: frozenset[str] = frozenset()
+    """Those of the inputs that never change: their values are read before the run."""
+
+    @property
+    def fed(self) -> frozenset[str]:
+        """All inputs to which it gives values."""
+        asked = (name for request in self.requests for name in request.fed)
+        return frozenset((*self.inputs, *asked))
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +189,9 @@ class Kind(Protocol):
     keys: tuple[str, ...]
     """Of its settings, beside those that every port has."""
     required: tuple[str, ...]
+    requests: Table | None = None
+    """What each of its `requests` has beside what all have, such as the name of a service; the child is told it. None:
+    its ports are no `AskingPort`, so it has no requests, and reads no values before the run."""
 
     def settings(self, report: Report, found: Mapping[str, Node], what: str, folder: str) -> Started | None:
         """Reads the settings of a port, `what` in messages; None: something is wrong and was reported.
@@ -149,6 +208,7 @@ PORTS: Registry[Kind] = Registry(
     "kind of port",
     [
         Entry("callback", "llfsm_verify.runtime.ports.callback:KIND", "a function in Python"),
+        Entry("process", "llfsm_verify.runtime.ports.process.kind:KIND", "a program, which speaks lines of JSON"),
         Entry("stream", "llfsm_verify.runtime.ports.stream:KIND", "a pipe, a descriptor or a standard stream"),
         Entry("whiteboard", "llfsm_verify.runtime.ports.whiteboard:KIND", "slots of another run"),
     ],

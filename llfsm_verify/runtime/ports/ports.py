@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+import json
 import select
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from decimal import Decimal
 from functools import partial
+from types import MappingProxyType
 from typing import TypeVar
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.runtime.live.frame import NUMBER
+from llfsm_verify.runtime.live.frame import CYCLE, NUMBER
 from llfsm_verify.runtime.live.pace import Pace
 from llfsm_verify.runtime.live.slots import Slot
 from llfsm_verify.runtime.ports import UNOPENED
-from llfsm_verify.runtime.ports.port import Port, PortSpec, Unopened
+from llfsm_verify.runtime.ports.handshake import Handshake
+from llfsm_verify.runtime.ports.line_port import inner
+from llfsm_verify.runtime.ports.port import AskingPort, Port, PortSpec, Unopened
+from llfsm_verify.runtime.ports.requests import Request
 from llfsm_verify.runtime.whiteboard.posts import Posts, Refused
-from llfsm_verify.values import Shown, choice_value, shown
+from llfsm_verify.values import Shown, ValueProblem, choice_value, number_of, shown, text
 
 
 @dataclass(slots=True)
@@ -44,45 +51,106 @@ class RunLink:
 
     An input fails when its port says that it is lost, or when it has had no message for the time-out; with a time-out,
     what may come back by itself has that long. It has failed until its next message. With `pace` it begins cycles.
+
+    Until it is told which run to `follow`, it keeps what has come.
     """
 
     def __init__(
-        self,
-        spec: PortSpec,
-        posts: Posts,
-        say: Callable[[str], None],
+        self, spec: PortSpec, slots: Mapping[str, Slot], period: float, say: Callable[[str], None],
         clock: Callable[[], float],
-        pace: Pace | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.spec = spec
-        self.pace = pace
+        self.pace: Pace | None = None
         self.name, self.fields = spec.name, frozenset(spec.inputs.values())
         self.counts = Counts()
+        self.latest = 0
+        self.repeats = spec.when is None
         self.stop: str | None = None
         """Why the run shall end."""
         self.over = False
         """Whether the run has ended, so that nothing fails any more."""
-        self._posts, self._say, self._clock = posts, say, clock
-        now = clock()
-        self._heard = dict.fromkeys(spec.inputs, now)
-        self._ended = now
+        self.port: Port | None = None
+        self._slots, self._period = slots, period
+        self._posts: Posts | None = None
+        self._early: dict[str, Json] = {}
+        self._first_cycle: tuple[int, Mapping[str, Json]] | None = None
+        self._say, self._clock = say, clock
+        self._ended = clock()
         """When the last cycle has ended that this port began."""
+        self._heard = dict.fromkeys((name for name in spec.inputs if name not in spec.never), self._ended)
         self._failed: set[str] = set()
         self._said: set[str] = set()
+        self._pulses: deque[tuple[str, Json]] = deque()
+        """Events that no cycle has had."""
+        self._theirs: dict[str, str] = {}
+        for theirs, ours in spec.values.items():
+            self._theirs.setdefault(ours, theirs)
+        self.handshakes = [Handshake(request, self) for request in spec.requests]
+        self._numbers = 0
+        self._unanswered: dict[int, Handshake] = {}
+
+    def hello(self, told: Mapping[str, Json]) -> dict[str, Json]:
+        """See `Link`."""
+
+        def types(fields: Mapping[str, str]) -> dict[str, Json]:
+            return {field: _type(self._slots[name]) for name, field in fields.items()}
+
+        requests: dict[str, Json] = {
+            r.name: {
+                **r.told, "kind": r.kind, "timeout": r.timeout, "sends": types(r.sends), "answers": types(r.answers),
+                "feedback": types(r.feedback),
+            }
+            for r in self.spec.requests
+        }  # fmt: skip
+        return {
+            "hello": 1, "port": self.name, "cycle_ms": 1000 * self._period, "inputs": types(self.spec.inputs),
+            "outputs": types(self.spec.outputs), "requests": requests, "told": dict(told),
+        }  # fmt: skip
+
+    def parameters(self) -> dict[str, int]:
+        """The values of inputs that never change, from what has come by now. Unopened: some are missing or wrong."""
+        found = {}
+        for name in sorted(self.spec.never):
+            if name not in self._early:
+                raise Unopened(f"its hello has no value for `{name}`", f"let it say `{self.spec.inputs[name]}` first")
+            choice = self._slots[name].choice
+            given = self._early.pop(name)
+            for value in (self.spec.values.get(_text(given)), given):
+                with suppress(ValueProblem):
+                    if isinstance(value, bool | int | str):
+                        found[name] = number_of(choice, value)
+                        break
+            else:
+                raise Unopened(
+                    f"its hello gives `{name}` the value {_text(given)[:40]}", "let it say a value that fits"
+                )
+        return found
 
     def follow(self, posts: Posts) -> None:
-        """Post to another run from now on."""
-        self._posts = posts
+        """Post to this run from now on."""
+        first, self._posts = self._posts is None, posts
+        if first:
+            posts.post(dict(self.spec.events))
+            early, self._early = self._early, {}
+            self._give(early)
+            if self._first_cycle is not None:
+                self.cycle(*self._first_cycle)
+        for name, value in list(self._pulses):
+            posts.pulse(name, value, self._pulsed)
 
     def begin(self) -> None:
         """The run begins now: nothing could be heard before."""
         self._ended = self._clock()
-        self._heard = dict.fromkeys(self.spec.inputs, self._ended)
+        self._heard = dict.fromkeys(self._heard, self._ended)
+        for handshake in self.handshakes:
+            handshake.begin()
 
     def cycle(self, number: int, values: Mapping[str, Json]) -> None:
         """See `Link`: the loop reads these values where it begins the cycle."""
         pace = self.pace
-        if pace is None:
+        if self._posts is None:
+            self._first_cycle = number, values
+        elif pace is None:
             self.malformed("a message begins a cycle, and the port has no `clock: external`")
         elif pace.under_way:
             self._misplaced(f"cycle {number:,} cannot begin before the frame of cycle {pace.next - 1:,} was sent")
@@ -106,35 +174,132 @@ class RunLink:
 
     def take(self, values: Mapping[str, Json]) -> None:
         """See `Link`: values that fit are posted, all together."""
-        given = {name: values[field] for name, field in self.spec.inputs.items() if field in values}
+        given = _picked(self.spec.inputs, values)
         if not given:
             self.malformed(f"a message has none of the fields {', '.join(sorted(self.fields))}")
-            return
-        good = {name: value for name, value in given.items() if self._fits(name, value)}
+        elif self._posts is None:
+            self._early |= given
+        elif not self._give(given) and given.keys() <= self.spec.never:
+            self.counts.refused += len(given)
+            self._once("never", f"a value comes during the run for `{min(given)}`, which never changes")
+
+    def _give(self, given: Mapping[str, Json]) -> bool:
+        """Post what fits; whether something does."""
+        assert self._posts is not None
+        good = self._fitting({name: value for name, value in given.items() if name not in self.spec.never})
         if good:
-            self._posts.post(good)
+            self._posts.post({name: value for name, value in good.items() if name not in self.spec.events})
             self.counts.taken += 1
             self._heard |= dict.fromkeys(good, self._clock())
             self._failed -= good.keys()
+        for name in good.keys() & self.spec.events.keys():
+            self._pulse(name, good[name])
+        return bool(good)
 
-    def _fits(self, name: str, value: Json) -> bool:
+    def _pulse(self, name: str, value: Json) -> None:
+        assert self._posts is not None
         try:
-            self._posts.number(name, value)
+            self._posts.pulse(name, value, self._pulsed)
         except Refused as refused:
             self.counts.refused += 1
-            self._once("refused", f"a value is refused: {refused}")
-            return False
-        return True
+            self._once("events", f"an event is refused: {refused}")
+        else:
+            self._pulses.append((name, value))
+
+    def _pulsed(self, _: int) -> None:
+        self._pulses.popleft()
+
+    def _fitting(self, given: Mapping[str, Json]) -> dict[str, Json]:
+        """Those values that fit their inputs, as they are called here."""
+        assert self._posts is not None
+        good: dict[str, Json] = {}
+        for name, value in given.items():
+            for said in (self.spec.values.get(_text(value), value), value):
+                try:
+                    self._posts.number(name, said)
+                except Refused as refused:
+                    problem = refused
+                else:
+                    good[name] = said
+                    break
+            else:
+                self.counts.refused += 1
+                self._once("refused", f"a value is refused: {problem}")
+        return good
+
+    # ------------------------------------------------------------ requests
+
+    def see(self, frame: Sequence[int]) -> None:
+        """A frame has come, the newest."""
+        self.latest = frame[CYCLE]
+        now = self._clock()
+        for handshake in self.handshakes:
+            request = handshake.request
+            state = _text(self._slots[request.state].value(frame))
+            self._sends = {field: self.theirs(self._slots[name].value(frame)) for name, field in request.sends.items()}
+            handshake.see(bool(self._slots[request.ask].value(frame)), state, now)
+
+    def theirs(self, value: Shown) -> Shown:
+        """A value as the other side calls it."""
+        return self._theirs.get(text(value), value) if self._theirs else value
+
+    def called(self, state: str) -> str:
+        """A state of a request as the arrangement calls it."""
+        return self.spec.values.get(state, state)
+
+    def show(self, request: Request, state: str, answers: Mapping[str, str], values: Mapping[str, Json]) -> None:
+        """See `Asked`."""
+        assert self._posts is not None
+        self._posts.post({**self._fitting(_picked(answers, values)), request.state: self.called(state)})
+
+    def number(self, handshake: Handshake) -> int:
+        """See `Asked`."""
+        self._numbers += 1
+        self._unanswered[self._numbers] = handshake
+        if len(self._unanswered) > MOST_UNANSWERED:
+            del self._unanswered[next(iter(self._unanswered))]
+        return self._numbers
+
+    def ask(self, request: Request, number: int) -> None:
+        """See `Asked`."""
+        if isinstance(self.port, AskingPort) and not self.over:
+            self.port.ask(number, request.name, self._sends)
+
+    def cancel(self, number: int) -> None:
+        """See `Asked`."""
+        if isinstance(self.port, AskingPort):
+            self.port.cancel(number)
+
+    def report(self, number: int, state: str, values: Mapping[str, Json], *, end: bool) -> None:
+        """See `Link`. What comes late is thrown away."""
+        handshake = self._unanswered.get(number)
+        if handshake is None:
+            self.malformed(f"an answer has the number {number}, for which nothing waits")
+            return
+        if end:
+            del self._unanswered[number]
+        if handshake.number == number:
+            problem = handshake.report(state, values, self._clock(), end=end)
+            if problem is not None:
+                self.malformed(problem)
+
+    # ------------------------------------------------------------ what goes wrong
+
+    def say(self, what: str) -> None:
+        """See `Link`."""
+        if len(self._said) < MOST_SAID:
+            self._once(f"say {what}", what)
 
     def malformed(self, why: str) -> None:
         """See `Link`."""
         self.counts.malformed += 1
         self._once(f"malformed {why}", why)
 
-    def lost(self, why: str, *, forever: bool = False) -> None:
+    def lost(self, why: str, *, forever: bool = False, fields: Collection[str] | None = None) -> None:
         """See `Link`."""
-        if self.spec.inputs and (forever or self.spec.timeout is None):
-            self._fail([name for name in self._heard if name not in self._failed], why)
+        of = [name for name in self._heard if fields is None or self.spec.inputs[name] in fields]
+        if of and (forever or fields is not None or self.spec.timeout is None):
+            self._fail([name for name in of if name not in self._failed], why)
         else:
             self._once("lost", why)
 
@@ -155,12 +320,16 @@ class RunLink:
         if limit is not None:
             late = [n for n, heard in self._heard.items() if n not in self._failed and now - heard >= limit]
             self._fail(late, f"no message for {limit:g} s")
+        for handshake in self.handshakes:
+            handshake.look(now)
 
     @property
     def due(self) -> float | None:
         """When `look` has to be called next, if nothing comes."""
-        waiting = [heard for name, heard in self._heard.items() if name not in self._failed]
-        return None if self.spec.timeout is None or not waiting else min(waiting) + self.spec.timeout
+        limit = self.spec.timeout
+        waiting = [] if limit is None else [at + limit for name, at in self._heard.items() if name not in self._failed]
+        waiting += [handshake.due for handshake in self.handshakes if handshake.due is not None]
+        return min(waiting, default=None)
 
     def _fail(self, names: list[str], why: str) -> None:
         if not names or self.over:
@@ -168,7 +337,7 @@ class RunLink:
         self._failed |= set(names)
         self.counts.failures += len(names)
         told = f"{why}: " + ", ".join(f"`{name}`" for name in names)
-        if self.spec.on_failure == "safe":
+        if self.spec.on_failure == "safe" and self._posts is not None:
             self._posts.post({name: self.spec.safe[name] for name in names})
             self._once("safe", f"{told} {'gets its safe value' if len(names) == 1 else 'get their safe values'}")
         elif self.spec.on_failure == "stop":
@@ -185,8 +354,41 @@ class RunLink:
 
 WAITING = 5.0
 """Seconds without a cycle after which a port that begins them is reported."""
-FINISHING = 1.0
-"""Seconds in which the last messages must be sent."""
+
+
+def _picked(fields: Mapping[str, str], values: Mapping[str, Json]) -> dict[str, Json]:
+    """By name what a message has in the field of it: under the field itself, or where its dots lead."""
+    found = {}
+    for name, field in fields.items():
+        part: Json = values.get(field)
+        if field not in values and inner(field):
+            part = dict(values)
+            for step in field.split("."):
+                if isinstance(part, list):
+                    part = part[int(step)] if step.isdecimal() and int(step) < len(part) else None
+                else:
+                    part = part.get(step) if isinstance(part, dict) else None
+        if part is not None or field in values:
+            found[name] = part
+    return found
+
+
+def _text(value: Json | Shown) -> str:
+    return text(value) if isinstance(value, bool | int | str | Decimal) else json.dumps(value)
+
+
+def _type(slot: Slot) -> Json:
+    return {
+        "low": slot.low, "high": slot.high, "boolean": slot.boolean, "digits": slot.digits, "labels": [*slot.labels],
+    }  # fmt: skip
+
+
+MOST_UNANSWERED = 1000
+"""Requests of a port whose answers, which are not wanted any more, may still come."""
+MOST_SAID = 100
+"""Different texts that the other side may say."""
+FINISHING, LEAVING = 1.0, 2.0
+"""Seconds in which the last messages must be sent, and programs must have ended."""
 SHORTEST, LONGEST = 0.001, 0.02
 """Seconds between two looks at the newest frame, which are half a cycle within these bounds."""
 
@@ -195,12 +397,38 @@ Newest = Callable[[], Sequence[int] | None]
 """Reads the newest frame; None: there is none yet."""
 
 
+def opened(
+    spec: PortSpec, slots: Mapping[str, Slot], period: float, say: Callable[[str], None] = lambda _: None,
+    clock: Callable[[], float] = time.monotonic,
+) -> RunLink:  # fmt: skip
+    """An open port, before there is a run that it could serve. DiagnosticError (E495): it cannot be opened."""
+    link = RunLink(spec, slots, period, say, clock)
+    try:
+        link.port = spec.start(link)
+        return link
+    except Unopened as problem:
+        raise unopened(spec, problem) from None
+
+
+def unopened(spec: PortSpec, problem: Unopened) -> DiagnosticError:
+    """E495."""
+    message = f"port `{spec.name}` cannot be opened: {problem}"
+    return DiagnosticError(Diagnostic(UNOPENED, message, spec.span, hint=problem.hint))
+
+
+def _one_cycle(spec: PortSpec, posts: Posts) -> None:
+    """DiagnosticError (E495): the events of a port would not have one cycle each."""
+    if not posts.has_pulses:
+        hint = "leave out `events`, or let one process of the arrangement run all its machines"
+        raise unopened(spec, Unopened("several processes take turns, so that an event has no single cycle", hint))
+
+
 class Ports:
     """The ports of a run, open until `finish`.
 
     They post to `posts`, read frames by `newest`, and call `stop` when the run shall end; they know nothing else of it.
-    `say` gets what happens, each kind of it once. With `pace`, one of them begins cycles. DiagnosticError (E495): one
-    cannot be opened, and none is open.
+    `say` gets what happens, each kind of it once; `early` has those that are open already, and the others are opened.
+    With `pace`, one of them begins cycles. DiagnosticError (E495): one cannot be opened, and none is open.
     ModuleNotFoundError: a package is not installed.
     """
 
@@ -216,6 +444,7 @@ class Ports:
         say: Callable[[str], None] = lambda _: None,
         clock: Callable[[], float] = time.monotonic,
         pace: Pace | None = None,
+        early: Mapping[str, RunLink] = MappingProxyType({}),
     ) -> None:
         self._newest = newest
         self._slots = {slot.name: slot for slot in slots}
@@ -223,6 +452,8 @@ class Ports:
         self._pause = LONGEST if pace is not None else min(max(period / 2, SHORTEST), LONGEST)
         self._frame = 1  # the first frame, before the first turn, has no values of inputs
         self._sent: dict[str, Mapping[str, Shown]] = {}
+        self._keys: dict[str, Mapping[str, Shown]] = {}
+        """What `when` was, by port."""
         self._open: list[tuple[RunLink, Port]] = []
         self._links: list[RunLink] = []
         self._stop, self._stopped = stop, False
@@ -234,15 +465,18 @@ class Ports:
         """By the descriptors that are watched."""
         self._plain: dict[int, int] = {}
         """Those that no epoll can watch, with their events."""
+        specs = tuple(specs)
+        self._open = [(link, port) for link in early.values() if (port := link.port) is not None]
         try:
             for spec in specs:
-                link = RunLink(spec, posts, say, clock, pace if spec.paces else None)
+                link = early.get(spec.name) or opened(spec, self._slots, period, say, clock)
                 self._links.append(link)
-                self._open.append((link, spec.start(link)))
-        except Unopened as problem:
-            self.close()
-            message = f"port `{spec.name}` cannot be opened: {problem}"
-            raise DiagnosticError(Diagnostic(UNOPENED, message, spec.span, hint=problem.hint)) from None
+                if spec.name not in early and link.port is not None:
+                    self._open.append((link, link.port))
+                if spec.events:
+                    _one_cycle(spec, posts)
+                link.pace = pace if spec.paces else None
+                link.follow(posts)
         except BaseException:
             self.close()
             raise
@@ -341,13 +575,23 @@ class Ports:
             return
         new, self._frame = frame[NUMBER] > self._frame, max(frame[NUMBER], self._frame)
         for link, port in list(self._open):
-            due, always = new, port.every_frame
+            spec, due, always = link.spec, new, port.every_frame
             if link.pace is not None:
                 due, always = ended or last, ended or link.pace.under_way
-            if due and (link.spec.outputs or always):
-                values = {field: self._slots[name].value(frame) for name, field in link.spec.outputs.items()}
-                if always or values != self._sent.get(link.name):
+            if due:
+                link.see(frame)
+            if due and (spec.outputs or always):
+                values = {field: link.theirs(self._slots[name].value(frame)) for name, field in spec.outputs.items()}
+                if spec.when is not None:
+                    key = {"": self._slots[spec.when].value(frame)}
+                    changed = key != self._keys.setdefault(link.name, key)
+                    self._keys[link.name] = key
+                else:
+                    changed = always or values != self._sent.get(link.name)
+                if changed:
                     self._send(link, port, values)
+                self._sent[link.name] = values
+        self._watch()  # requests may have been written
 
     def _send(self, link: RunLink, port: Port, values: Mapping[str, Shown]) -> None:
         self._sent[link.name] = values
@@ -371,9 +615,17 @@ class Ports:
                 safe = {
                     field: self._safe(link, name) for name, field in link.spec.outputs.items() if name in link.spec.safe
                 }
-                if safe:
+                if safe and isinstance(port, AskingPort):
+                    self._guard(link, port, partial(port.safe, safe))
+                elif safe:
                     self._send(link, port, {**self._sent.get(link.name, {}), **safe})
+            self._watch()
             self._flush()
+        for link, port in list(self._open):
+            if isinstance(port, AskingPort):
+                self._guard(link, port, partial(port.end, ending))
+        self._watch()
+        self._flush(LEAVING)
         for link, port in self._open:
             if not port.flushed:
                 link.unsent("the run has ended before it was read")
@@ -381,10 +633,10 @@ class Ports:
 
     def _safe(self, link: RunLink, name: str) -> Shown:
         choice = self._slots[name].choice
-        return shown(choice.type, choice.labels, choice_value(choice, link.spec.safe[name]))
+        return link.theirs(shown(choice.type, choice.labels, choice_value(choice, link.spec.safe[name])))
 
-    def _flush(self) -> None:
-        limit = time.monotonic() + FINISHING
+    def _flush(self, seconds: float | None = None) -> None:
+        limit = time.monotonic() + (FINISHING if seconds is None else seconds)
         while time.monotonic() < limit and any(not port.flushed for _, port in self._open):
             self._move(SHORTEST * 10)
 

@@ -48,3 +48,8 @@ class Request:
     """Seconds after which a service is ``TIMED_OUT`` and an action ``LOST``; None: never."""
     told: Mapping[str, str] = field(default_factory=dict)
     """What the kind of port says of it to the child, such as the name of a service."""
+
+    @property
+    def fed(self) -> tuple[str, ...]:
+        """The inputs to which it gives values."""
+        return (self.state, *self.answers, *self.feedback)

@@ -236,6 +236,23 @@ class Posts:
             self._waiting.append(_Command(number, value_number, given, taken))
             self.forward()
 
+    def pulse(self, name: str, value: Json, taken: Callable[[int], None] = lambda _: None) -> None:
+        """Give an input a value for one cycle, in which no other command or pulse comes. After that it has the value
+        that was posted last, so one must have been. Refused: there is no such input or value, or too many wait.
+        """
+        number = self.number(name, value)
+        if len(self._waiting) >= MOST_COMMANDS:
+            raise Refused(f"{MOST_COMMANDS} commands and events are waiting already")
+        place = self._choices[name][0]
+        with self._lock:
+            self._waiting.append(_Command(place, place, number, taken))
+            self.forward()
+
+    @property
+    def has_pulses(self) -> bool:
+        """Whether `pulse` means one cycle: not where processes take turns."""
+        return len(self._loop.code.program.processes) == 1
+
     def close(self) -> None:
         """The loop must not run any more."""
         self._writers.close()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import select
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from decimal import Decimal
 from functools import partial
 from pathlib import Path
@@ -35,6 +35,14 @@ class _Heard:
     """A link whose run takes whatever comes."""
 
     name, fields = "port", frozenset({"go"})
+    latest, repeats = 1, True
+
+    def hello(self, told: Mapping[str, Json]) -> dict[str, Json]:
+        number: Json = {"low": 0, "high": 9, "boolean": False, "digits": 0, "labels": []}
+        return {
+            "hello": 1, "port": self.name, "cycle_ms": 10.0, "inputs": {"go": number}, "outputs": {"out": number},
+            "requests": {}, "told": dict(told),
+        }  # fmt: skip
 
     def take(self, values: Mapping[str, Json]) -> None:
         demand(isinstance(values, Mapping), "a message is not a mapping")
@@ -42,8 +50,14 @@ class _Heard:
     def malformed(self, why: str) -> None:
         demand(why, "what is wrong with a message is not said")
 
-    def lost(self, why: str, *, forever: bool = False) -> None:  # noqa: ARG002 - as a link has it
+    def lost(self, why: str, *, forever: bool = False, fields: Collection[str] | None = None) -> None:  # noqa: ARG002 - as a link has it
         demand(why, "why the other side is lost is not said")
+
+    def report(self, number: int, state: str, values: Mapping[str, Json], *, end: bool) -> None:  # noqa: ARG002 - as a link has it
+        demand(number > 0, "what is reported has no number")
+
+    def say(self, what: str) -> None:
+        demand(what, "nothing is said")
 
     def cycle(self, number: int, values: Mapping[str, Json]) -> None:
         demand(number >= 0 and isinstance(values, Mapping), "a cycle has a number and values")

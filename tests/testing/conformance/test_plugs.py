@@ -134,6 +134,9 @@ def settings_of(kind: str, folder: Path) -> Iterator[str]:
         elif kind == "whiteboard":
             left.enter_context(other())
             yield "{whiteboard: other, inputs: [go]}"
+        elif kind == "process":
+            said = 'echo \'{"hello": 1, "values": {"go": true}}\'; cat > /dev/null'
+            yield json.dumps({"run": ["sh", "-c", said], "patience": "1min", "restart": "false"})
         elif kind == "serial":
             master, slave = os.openpty()
             left.callback(os.close, master)

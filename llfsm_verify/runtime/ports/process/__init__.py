@@ -6,7 +6,7 @@ ports; `values`: by field, nested where a field has dots):
 
     run to child
       {"hello": 1, "port": NAME, "cycle_ms": C, "inputs": {FIELD: TYPE}, "outputs": {FIELD: TYPE},
-       "requests": {NAME: {"kind": "service", …}}, "told": {…}}           the first line; TYPE as `slots_of` shows it
+       "requests": {NAME: REQUEST}, "told": {…}}                          the first line; `told`: by the kind of port
       {"values": {…}, "time": T, "cycle": N}                             outputs have changed; T: monotonic seconds
       {"request": 17, "name": NAME, "values": {…}}                       to be answered by its number
       {"cancel": 17}                                                     its answer is not wanted any more
@@ -22,6 +22,11 @@ ports; `values`: by field, nested where a field has dots):
       {"lost": ["FIELD", …], "why": TEXT}                                these inputs have failed; all, without names
       {"say": TEXT}                                                      is shown to the user, once for each text
       {"cycle": N}                                                       with `clock: external`: cycle N begins now
+
+TYPE is {"low": L, "high": H, "boolean": B, "digits": D, "labels": [NAME, …]}: a truth value, a number with D decimals
+from L to H times 10^-D, or one of the names. REQUEST is {"kind": "service" or "action", "timeout": SECONDS or null,
+"sends": {FIELD: TYPE}, "answers": {FIELD: TYPE}, "feedback": {FIELD: TYPE}} and what its kind of port has of it, such
+as "service": "/locate". Numbers of requests are never used again, also not by a child that was started again.
 
 A child that ends, or says what is no message in its first line, has failed with all its inputs; its requests under way
 become FAILED or LOST, and it is started again, RESTART seconds later, then twice as long, up to LONGEST_RESTART.
