@@ -177,7 +177,8 @@ from llfsm_verify.runtime.live.frame import FrameLayout
 from llfsm_verify.runtime.live.plan import safe_values, starting_values
 from llfsm_verify.runtime.live.text import largest_entry
 from llfsm_verify.runtime.ports import UNKNOWN as WRONG_PORT
-from llfsm_verify.runtime.ports.line_port import LinePort
+from llfsm_verify.runtime.ports.line_port import LINES as LINE_FRAMING
+from llfsm_verify.runtime.ports.line_port import Framing, LinePort, LineReader, Malformed
 from llfsm_verify.runtime.ports.port import PORTS, Link, Port, Started, Unopened, whole_number
 from llfsm_verify.runtime.ports.port import Kind as PortKind
 from llfsm_verify.runtime.ports.process.kind import CHILD_FIELDS, patience_of
@@ -227,6 +228,7 @@ __all__ = [
     "FRONT_ENDS",
     "INT64_MAX",
     "INT64_MIN",
+    "LINE_FRAMING",
     "LOGS",
     "MACHINES",
     "MODELS",
@@ -290,6 +292,7 @@ __all__ = [
     "Formula",
     "FormulaOp",
     "FrameLayout",
+    "Framing",
     "Get",
     "Given",
     "GivenArrangement",
@@ -311,11 +314,13 @@ __all__ = [
     "LimitReached",
     "Limits",
     "LinePort",
+    "LineReader",
     "Link",
     "LintResult",
     "Local",
     "MachineDraft",
     "Made",
+    "Malformed",
     "MappingNode",
     "MonitorVerdict",
     "Move",

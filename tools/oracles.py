@@ -84,6 +84,7 @@ FROM_DEBIAN = {
 """The packages of Debian that bring an oracle."""
 MODULES = {
     "automata-lib": "automata",
+    "cobs": "cobs",
     "cvc5": "cvc5",
     "import-linter": "importlinter",
     "mkdocs-material": "material",

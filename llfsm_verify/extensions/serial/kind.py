@@ -1,4 +1,4 @@
-"""The kind `serial`: lines of JSON over a serial line, which pyserial opens."""
+"""The kind `serial`: JSON over a serial line, which pyserial opens, in lines or in frames with a checksum (COBS)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from llfsm_verify.extensions.serial.cobs import Cobs
 from llfsm_verify.plug import (
+    LINE_FRAMING,
     NUMBER,
     Field,
     LinePort,
@@ -25,7 +27,7 @@ from llfsm_verify.plug import (
 if TYPE_CHECKING:
     from serial import Serial
 
-FORMATS = ("json-lines",)
+FORMATS = {"json-lines": LINE_FRAMING, "cobs": Cobs()}
 BAUD = 115_200
 
 
@@ -78,11 +80,11 @@ class SerialLine:
     """`device:`, `baud:` and `format:`."""
 
     table = Table(
-        "lines over a serial line",
+        "JSON over a serial line",
         (
             Field("device", "its path", Single(("string",)), required=True),
             Field("baud", f"bits a second; {BAUD} when nothing is said", NUMBER),
-            Field("format", "how messages are written", Words(FORMATS)),
+            Field("format", "how messages are written", Words(tuple(FORMATS))),
         ),
     )
     keys, required = table.keys, table.required
@@ -91,14 +93,14 @@ class SerialLine:
         """See `Kind`."""
         device = report.scalar(found["device"], "`device`")
         baud = whole_number(report, found, "baud", 50, 20_000_000, BAUD)
-        report.choice(found.get("format"), f"`format` of {what}", FORMATS, FORMATS[0])
+        written = report.choice(found.get("format"), f"`format` of {what}", tuple(FORMATS), "json-lines")
         if device is None or baud is None:
             return None
         path = os.path.normpath(Path(folder, device.text))
 
         def start(link: Link) -> LinePort:
             end = SerialEnd(path, baud)
-            return LinePort(link, end, end)
+            return LinePort(link, end, end, FORMATS[written])
 
         return Started(start, (f"`{path}`",))
 

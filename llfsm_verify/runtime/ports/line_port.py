@@ -116,13 +116,14 @@ class Malformed(Exception):
 class LineReader:
     """Puts lines together. What is longer than MOST_BYTES is passed over, and told once, where it becomes too long."""
 
-    def __init__(self) -> None:
+    def __init__(self, end: bytes = b"\n") -> None:
+        self._end = end
         self._rest = b""
         self._passing = False
 
     def lines(self, data: bytes) -> Iterator[bytes | None]:
         """The lines that end in `data`, without their ends; None stands for one that is too long."""
-        *whole, last = data.split(b"\n")
+        *whole, last = data.split(self._end)
         for piece in whole:
             line, passing = self._rest + piece, self._passing
             self._rest, self._passing = b"", False
@@ -155,6 +156,23 @@ def decode(line: bytes, *, constants: bool = False) -> dict[str, Json]:
     if not isinstance(found, dict):
         raise Malformed('a line is not an object such as {"car": true}')
     return cast(dict[str, Json], found)
+
+
+class Framing:
+    """How messages are put on a stream: each is a line."""
+
+    name, end = "line", b"\n"
+
+    def pack(self, line: bytes) -> bytes:
+        """What is written for a line, which has its end."""
+        return line
+
+    def unpack(self, piece: bytes) -> bytes:
+        """The line, from what came before an `end`; nothing for nothing. Malformed."""
+        return piece
+
+
+LINES = Framing()
 
 
 def _constant(name: str) -> None:
@@ -232,9 +250,9 @@ class LinePort:
 
     every_frame = False
 
-    def __init__(self, link: Link, reading: End | None, writing: End | None) -> None:
-        self._link = link
-        self._lines = LineReader()
+    def __init__(self, link: Link, reading: End | None, writing: End | None, framing: Framing = LINES) -> None:
+        self._link, self._framing = link, framing
+        self._lines = LineReader(framing.end)
         self._reading = None if reading is None else _Side(reading)
         try:
             both = reading is writing and self._reading is not None
@@ -289,18 +307,19 @@ class LinePort:
             self._message(line)
         if not data:
             if self._lines.restart():
-                self._link.malformed("a line has no end")
+                self._link.malformed(f"a {self._framing.name} has no end")
             self._reading.renew(now)
             self._link.lost(why, forever=not self._reading.returns)
 
     def _message(self, line: bytes | None) -> None:
-        if line is None:
-            self._link.malformed(f"a line is longer than {MOST_BYTES:,} bytes")
-        elif line.strip():
-            try:
-                self._link.take(decode(line))
-            except Malformed as problem:
-                self._link.malformed(str(problem))
+        try:
+            if line is None:
+                raise Malformed(f"a {self._framing.name} is longer than {MOST_BYTES:,} bytes")
+            text = self._framing.unpack(line)
+            if text.strip():
+                self._link.take(decode(text))
+        except Malformed as problem:
+            self._link.malformed(str(problem))
 
     def send(self, values: Mapping[str, Shown]) -> None:
         """See `Port`."""
@@ -310,7 +329,7 @@ class LinePort:
         if self._newest is not None or gone:
             absent = self._writing.descriptor is None
             self._link.unsent("nobody reads it" if absent else "it is not read as fast as it changes")
-        self._newest = None if gone else encode(values)
+        self._newest = None if gone else self._framing.pack(encode(values))
 
     def _write(self, descriptor: int, now: float) -> None:
         assert self._writing is not None
