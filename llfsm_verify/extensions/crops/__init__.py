@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from llfsm_verify.extensions.crops.states import ActionClient, SimpleActionState, State
 
 ENTRIES = {
+    "llfsm_verify.codes": (Entry("crops", f"{__name__}.codes:CODES", "State machines of CROPS"),),
     "llfsm_verify.arrangements": (
         Entry(
             "crops", f"{__name__}.format:read_transition_file", "a transition file of CROPS",

@@ -79,8 +79,8 @@ def _outcomes(stage: Stage, outcomes: tuple[str, ...], state: State) -> Iterator
     label, what = stage.label.text[:60], type(state).__name__
     if not outcomes or isinstance(state.outcomes, str) or not all(isinstance(each, str) for each in outcomes):
         message = f"the state `{label}` does not say what it may give: {what} has no `outcomes`, or not a list of texts"
-        example = ", ".join(repr(move.outcome.text) for move in stage.moves[:3])
-        yield Diagnostic(UNDECLARED, message, stage.label.span, hint=f"write `outcomes = ({example},)` in the class")
+        example = tuple(move.outcome.text for move in stage.moves[:3])
+        yield Diagnostic(UNDECLARED, message, stage.label.span, hint=f"write `outcomes = {example}` in the class")
         return
     told = [move.outcome.text for move in stage.moves]
     for outcome in dict.fromkeys(outcomes):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-CODES: dict[str, str] = {
+from typing import Final
+
+CODES: Final = {
     "E544": "A transition file without states, or with a label or a name twice.",
     "E545": "A transition leads to what is neither a label nor an outcome of the state machine.",
     "E546": "A state may give an outcome for which it has no transition.",
@@ -11,4 +13,10 @@ CODES: dict[str, str] = {
     "E549": "A state in Python does not declare its outcomes, or not as texts.",
     "W544": "A transition leads to what is taken for an outcome, and resembles a label.",
 }
-SHAPE, TARGET, UNMAPPED, LABEL, ENDLESS, UNDECLARED, NEAR = CODES
+SHAPE: Final = "E544"
+TARGET: Final = "E545"
+UNMAPPED: Final = "E546"
+LABEL: Final = "E547"
+ENDLESS: Final = "E548"
+UNDECLARED: Final = "E549"
+NEAR: Final = "W544"

@@ -66,16 +66,14 @@ class StateMachine:
         if self._found is not None:
             raise ValueError("the state machine has a transition file already")
         source, _ = opened(GivenArrangement(path))
+        if not re.match(ENTRIES["llfsm_verify.arrangements"][0].begins, source.text):
+            hint = "write `- state:`, and below it `state_label`, `descriptive_name` and `transitions`"
+            raise DiagnosticError(Diagnostic(SHAPE, "this is not a transition file", hint=hint, file=source.name))
+        model = load(path)
         reading = Reading(Path())
         found = read(reading, source, compose(source, reading.diagnostics, reading.vocabulary))
-        if found is not None and not re.match(ENTRIES["llfsm_verify.arrangements"][0].begins, source.text):
-            hint = "write it as a list with a `-` on its own line, without `[ ]`"
-            reading.diagnostics.append(
-                Diagnostic(SHAPE, "a transition file begins with `- state:`", hint=hint, file=source.name)
-            )
-        if found is None or any(d.is_error for d in reading.diagnostics):
-            raise DiagnosticError(reading.diagnostics)
-        self._model = load(path)
+        assert found is not None, "the arrangement was made of it"
+        self._model = model
         self._found = found
 
     def add(self, label: str, state: State, *, deadline: float | None = None) -> None:

@@ -159,7 +159,11 @@ def _stage(report: Report, item: Node) -> Stage | None:
     elif report.mapping(item, "an item of a transition file") is not None:
         report.error("E034", "an item of a transition file has no `state`", mark(item), "write `- state:`")
         return None
-    fields = report.fields(item, "a state", _KEYS, _KEYS)
+    if not isinstance(item, Mapped):
+        hint = f"write {', '.join(f'`{key}: …`' for key in _KEYS)} below it"
+        report.error("E030", "a `state` must be a mapping (`key: value`)", mark(item), hint)
+        return None
+    fields = report.fields(item, "a `state`", _KEYS, _KEYS)
     if fields is None:
         return None
     label = report.scalar(fields["state_label"], "`state_label`")
@@ -189,7 +193,7 @@ def _near(found: Transitions) -> Iterable[Diagnostic]:
             target = move.target.text
             hint = None if target in found.labels else near(target, found.labels)
             if hint is not None:
-                message = f"`{target[:60]}` is no label, and taken for a final outcome"
+                message = f"`{target[:60]}` is not a label, and is taken for a final outcome"
                 yield Diagnostic(NEAR, message, move.target.span, hint=hint)
 
 
