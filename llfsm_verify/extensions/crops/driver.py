@@ -144,8 +144,7 @@ class Driver:
             self._operate(name, ticket)
         current = self._current
         if current is not None and (current.label, current.ticket) != (label, due):
-            target = None if current.posted is None else self._found.target(current.label, current.posted)
-            self._leave(current, cancelled=current.posted != current.outcome or target != self.label)
+            self._leave(current)
             current = self._current = None
         if label is None or (self._commands and self._commands[0].kind == "enter"):
             return  # what is about to be left is not begun
@@ -200,14 +199,17 @@ class Driver:
             if not self._ended():
                 raise
 
-    def _leave(self, execution: Execution, *, cancelled: bool) -> None:
-        """Its answer does not count any more. `cancelled`: it was left otherwise than by what it returned."""
+    def _leave(self, execution: Execution) -> None:
+        """Its answer does not count any more. It is cancelled if the machine went elsewhere than what it returned leads
+        to, and if it raised an exception."""
+        returned = execution.outcome if execution.posted == execution.outcome else None
+        led = returned is not None and self._found.target(execution.label, returned) == self.label
         execution.left = True
         execution.data._leave(f"the state `{execution.label}` was left, and stores nothing any more")
         if execution.outcome is None:  # the worker may hang
             self._worker.do(None)
             self._worker = Worker()
-        if cancelled or execution.outcome == FAILED:
+        if not led or returned == FAILED:
             self._worker.do(lambda: self._cancel(execution.label))
 
     def _cancel(self, label: str) -> None:
@@ -236,8 +238,7 @@ class Driver:
     def _close(self) -> None:
         current, self._current = self._current, None
         if current is not None:
-            ended = current.posted is not None and self._found.target(current.label, current.posted) == self.label
-            self._leave(current, cancelled=not ended or current.posted != current.outcome)
+            self._leave(current)
         self._worker.do(None)
         self._worker.thread.join(LAST)
         while self._commands:

@@ -1,0 +1,333 @@
+"""Machines are executed as their transition files say, whatever states do, and stale answers never count."""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import random
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Self
+
+import pytest
+import yaml
+
+from llfsm_verify.extensions.crops import Data, DataTypeError, LeftState, SimpleActionState, State, StateMachine
+from tests.cli.running import llfsm
+from tests.extensions.crops.thesis import FIXED, TRANSITION_FILE, Scripted, machine
+
+ODD = "unheard of"
+RATE = 20
+"""Cycles of half a millisecond: no test depends on how long one takes."""
+
+
+class Logged(State):
+    """Gives random outcomes, and keeps what they come to; ODD is one that it does not have."""
+
+    def __init__(self, label: str, outcomes: tuple[str, ...], seed: int, log: list[tuple[str, str]]) -> None:
+        self.label, self.log, self.drawn = label, log, outcomes
+        self.outcomes = tuple(outcome for outcome in outcomes if outcome != ODD)
+        self.random = random.Random(f"{label} {seed}")
+        self.inside = threading.Lock()
+        self.twice = False
+
+    def draw(self) -> str:
+        return self.random.choice(self.drawn)
+
+    def execute(self, data: Data) -> str:
+        self.twice = self.twice or not self.inside.acquire(blocking=False)
+        outcome = self.draw()
+        self.log.append((self.label, "failed" if outcome == ODD else outcome))
+        self.inside.release()
+        if outcome == "failed":
+            raise ZeroDivisionError
+        return outcome
+
+
+def random_file(seed: int) -> str:
+    """A file of up to six states; every one may lead to an end."""
+    draw = random.Random(seed)
+    labels = [f"state {i}" if draw.random() < 0.5 else f"S{i}" for i in range(draw.randint(1, 6))]
+    stages = []
+    for label in labels:
+        outcomes = draw.sample(["done", "no fruit", "Done", "moving on", "x-y", "a: 1", "failed"], draw.randint(1, 5))
+        moves = {outcome: draw.choice([*labels, *labels, label]) for outcome in outcomes}
+        moves["leave"] = draw.choice(["Exit", "Out of order"])
+        stages.append({"state": {"state_label": label, "descriptive_name": f"({label})", "transitions": moves}})
+    return yaml.safe_dump(stages, sort_keys=False)
+
+
+def reference(text: str, give: dict[str, Callable[[], str]]) -> tuple[str, list[tuple[str, str]]]:
+    """What a transition file means: the final outcome, and which state gave which outcome."""
+    table, history = tables(text), []
+    label = next(iter(table))
+    while label in table:
+        outcome = give[label]()
+        outcome = "failed" if outcome == ODD else outcome
+        history.append((label, outcome))
+        label = table[label].get(outcome, outcome)
+    return label, history
+
+
+def tables(text: str) -> dict[str, dict[str, str]]:
+    """The transitions of a file, by labels."""
+    return {stage["state"]["state_label"]: stage["state"]["transitions"] for stage in yaml.safe_load(text)}
+
+
+def counted(recording: Path, sm: StateMachine, text: str) -> list[tuple[str, str]]:
+    """Which state gave which outcome, as far as that counted: the moments of a recording at which a ticket of a state
+    was answered, and the machine went where that leads."""
+    done = llfsm("trace", str(recording), "--to", "csv")
+    assert done.returncode == 0, done.stderr
+    table, found = tables(text), []
+    labels = {name: label for label, name in sm._transitions.states.items()}
+    outcomes = {name: outcome for outcome, name in sm.values.items()}
+    rows = list(csv.DictReader(io.StringIO(done.stdout)))
+    for before, after in itertools.pairwise(rows):
+        label, ticket = labels.get(before["sm"]), int(before["sm.ticket"])
+        if label not in table:
+            continue
+        number, size = list(table).index(label), len(table) + 1
+        due = ticket if ticket % size == number else (ticket // size + 1) % 8 * size + number
+        outcome = outcomes.get(after["outcome"], "")
+        if int(after["answers"]) == due and labels.get(after["sm"]) == table[label].get(outcome, outcome):
+            found.append((label, outcome))
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(5))
+def test_a_random_machine_does_what_its_file_means(seed: int, tmp_path: Path) -> None:
+    text, recording = random_file(seed), tmp_path / "run.rec"
+    log: list[tuple[str, str]] = []
+
+    def states() -> dict[str, Logged]:
+        return {label: Logged(label, (*moves, "failed", ODD), seed, log) for label, moves in tables(text).items()}
+
+    meant = reference(text, {label: state.draw for label, state in states().items()})
+    sm = machine(tmp_path, states(), text, ("Exit", "Out of order"))
+    end = sm.execute(rate=RATE, record=recording, properties=[f"end: G !sm@{sm._transitions.states[meant[0]]}"])
+    assert (end, log) == meant
+    assert counted(recording, sm, text) == log
+    assert sm.report is not None and sm.report.ending == "ended"
+    assert sm.report.monitored[0][1] == "violated"
+    assert llfsm("replay", str(recording)).returncode == 0
+    assert llfsm("check-recording", str(recording), "-p", "G !sm@Paused").returncode in (0, 4)
+
+
+class Gate(State):
+    """Waits in its first execution until it is let go, and then gives its first outcome; later ones give the second."""
+
+    def __init__(self, first: str, second: str) -> None:
+        self.outcomes = (first, second)
+        self.inside, self.go, self.gone, self.cancelled = (threading.Event() for _ in range(4))
+        self.executed = 0
+        self.stored: Exception | None = None
+
+    def execute(self, data: Data) -> str:
+        self.executed += 1
+        if self.executed > 1:
+            return self.outcomes[1]
+        self.inside.set()
+        assert self.go.wait(60)
+        try:
+            data["stored"] = True
+        except LeftState as error:
+            self.stored = error
+        self.gone.set()
+        return self.outcomes[0]
+
+    def cancel(self) -> None:
+        self.cancelled.set()
+
+
+GATE = """\
+- state:
+    state_label: Gate
+    descriptive_name: Waiting
+    transitions: {early: Wrong, late: Right}
+"""
+
+
+class Executed:
+    """`execute` on a thread, and its outcome at the end of the block."""
+
+    def __init__(self, sm: StateMachine, **options) -> None:
+        self.outcome: str | None = None
+        self._thread = threading.Thread(target=self._run, args=(sm, options))
+
+    def _run(self, sm: StateMachine, options) -> None:
+        self.outcome = sm.execute(**options)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._thread.join(60)
+        assert not self._thread.is_alive()
+
+
+def test_what_is_answered_in_a_pause_never_counts(tmp_path: Path) -> None:
+    gate = Gate("early", "late")
+    sm = machine(tmp_path, {"Gate": gate}, GATE, ("Right", "Wrong"))
+    with Executed(sm, rate=RATE) as done:
+        assert gate.inside.wait(60)
+        assert sm.current == ("Gate", "Waiting")
+        sm.pause()
+        assert sm.current is None
+        assert gate.cancelled.wait(60)
+        gate.go.set()
+        assert gate.gone.wait(60)
+        assert gate.executed == 1
+        sm.pause()  # it is paused already
+        sm.resume()
+    assert (done.outcome, gate.executed) == ("Right", 2)
+    assert isinstance(gate.stored, LeftState)
+    assert sm.current is None
+
+
+def test_a_state_that_blocks_has_timed_out_and_counts_no_more(tmp_path: Path) -> None:
+    text = GATE.replace("late: Right", "late: Right, timed out: Gate")
+    gate = Gate("early", "late")
+    sm = machine(tmp_path, {}, text, ("Right", "Wrong"))
+    sm.add("Gate", gate, deadline=0.05)
+    with Executed(sm, rate=RATE) as done:
+        assert gate.cancelled.wait(60)
+        gate.go.set()
+    assert done.outcome in ("Right", "timed out")
+    assert gate.executed == 2
+
+
+def test_a_state_that_hangs_ends_the_machine_where_the_file_says_nothing(tmp_path: Path) -> None:
+    gate = Gate("early", "late")
+    sm = machine(tmp_path, {}, GATE, ("Right", "Wrong"))
+    sm.add("Gate", gate, deadline=0.05)
+    assert sm.execute(rate=RATE, record=tmp_path / "run.rec") == "timed out"
+    assert not gate.gone.is_set()
+    gate.go.set()
+    assert counted(tmp_path / "run.rec", sm, GATE) == [("Gate", "timed out")]
+
+
+def test_data_keep_the_types_that_they_first_had() -> None:
+    data = Data({"fruit": [1]})
+    data["left"] = 3
+    place = f"{__file__}:"
+    with pytest.raises(
+        DataTypeError, match=r"`left` has had the type int since .*:\d+, and cannot be of type str"
+    ) as raised:
+        data["left"] = "three"
+    assert str(raised.value).count(place) == 2
+    with pytest.raises(DataTypeError, match="bool"):
+        data["left"] = True
+    del data["left"]
+    with pytest.raises(DataTypeError):
+        data.update(left=None)
+    assert dict(data) == {"fruit": [1]}
+    data["left"] = 4
+    assert sorted(data) == ["fruit", "left"]
+
+
+class Client:
+    """A client of an action, such as actionlib has: a goal is reached after some looks."""
+
+    def __init__(self, *states: int | str) -> None:
+        self.states, self.goals, self.looks, self.cancelled = states, [], 0, 0
+
+    def send_goal(self, goal: object, *, feedback_cb=None) -> None:
+        self.goals.append(goal)
+        self.looks = 0
+        self.feedback = feedback_cb
+
+    def get_state(self) -> int | str:
+        self.feedback(len(self.states) - self.looks)
+        self.looks += 1
+        return self.states[min(self.looks, len(self.states)) - 1]
+
+    def get_result(self) -> object:
+        return f"after {self.looks}"
+
+    def cancel_goal(self) -> None:
+        self.cancelled += 1
+
+
+class MoveToFruit(SimpleActionState):
+    def goal(self, data: Data) -> object:
+        return data["fruit_loc"]
+
+    def feedback(self, feedback: object, data: Data) -> None:
+        data["distance"] = feedback
+
+    def done(self, result: object, data: Data) -> None:
+        data["result"] = result
+
+
+ENDS = {"SUCCEEDED": "Goal", "PREEMPTED": "Out of reach"}
+REACH = TRANSITION_FILE.replace("Goal: Fruit_to_basket", "Goal: Fruit_to_basket\n      Out of reach: Exit")
+
+
+@pytest.mark.parametrize(
+    ("states", "end", "goals"),
+    [((0, 1, 1, 3), "Exit", 2), ((0, "ACTIVE", 2), "Exit", 1), ((1, 9), "failed", 1), ((8,), "failed", 1)],
+)
+def test_an_action_is_followed_to_its_end(states, end: str, goals: int, tmp_path: Path) -> None:
+    client, data = Client(*states), Data({"fruit_loc": (1.0, 2.0)})
+    move = MoveToFruit("/move_box_arm_action", client, ends=ENDS, otherwise="Moving to fruit")
+    picked = Scripted("Fruit selected", "Fruit selected", "All fruits picked")
+    found = {label: Scripted(*outcomes) for label, outcomes in FIXED.items()}
+    sm = machine(tmp_path, {**found, "Pick_fruit": move, "Select_fruit": picked}, REACH)
+    assert sm.execute("Locate_fruits", data=data, rate=RATE) == end
+    assert client.goals == [(1.0, 2.0)] * goals
+    assert client.cancelled == 0
+    assert data["distance"] == 1
+    assert data.get("result") == (f"after {len(states)}" if states[-1] in (2, 3) else None)
+
+
+def test_the_goal_of_an_action_is_cancelled_in_a_pause_and_sent_again(tmp_path: Path) -> None:
+    client = Client("ACTIVE")
+    move = MoveToFruit("/arm", client, ends={"SUCCEEDED": "late"}, otherwise="early")
+    sm = machine(tmp_path, {"Gate": move}, GATE.replace("early: Wrong", "early: Gate"), ("Right",))
+    with Executed(sm, data={"fruit_loc": 1}, rate=RATE) as done:
+        wait_for(lambda: client.looks > 3)
+        sm.pause()
+        wait_for(lambda: client.cancelled == 1)
+        sm.resume()
+        wait_for(lambda: len(client.goals) == 2)
+        client.states = ("SUCCEEDED",)
+    assert done.outcome == "Right"
+    with pytest.raises(ValueError, match="does not end as 'ACTIVE', only as PREEMPTED"):
+        MoveToFruit("/arm", client, ends={"ACTIVE": "late"}, otherwise="early")
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    limit = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < limit
+        time.sleep(0.001)
+
+
+def test_it_is_executed_once_at_a_time_and_commanded_only_then(tmp_path: Path) -> None:
+    gate = Gate("early", "late")
+    sm = machine(tmp_path, {"Gate": gate}, GATE, ("Right", "Wrong"))
+    with pytest.raises(RuntimeError, match="is not executed"):
+        sm.pause()
+    with Executed(sm, rate=RATE) as done:
+        assert gate.inside.wait(60)
+        with pytest.raises(RuntimeError, match="executed already"):
+            sm.execute()
+        with pytest.raises(ValueError, match="there is no label 'Gaol', only Gate, Wrong, Right"):
+            sm.change_state("Gaol")
+        gate.go.set()
+    assert done.outcome == "Wrong"
+    with pytest.raises(ValueError, match="has a state already"):
+        sm.add("Gate", gate)
+    with pytest.raises(ValueError, match="has a transition file already"):
+        sm.add_transition_file(tmp_path / "transfile.yaml")
+    with pytest.raises(ValueError, match="call `add_transition_file`"):
+        StateMachine(["Exit"]).check()
+    for wrong in ("Exit", ()):
+        with pytest.raises(ValueError, match="is a list of texts"):
+            StateMachine(wrong)
