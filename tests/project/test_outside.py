@@ -154,7 +154,7 @@ def test_the_folder_is_outside_the_project(monkeypatch, tmp_path):
 def test_without_anything_it_says_what_is_missing(bare, capsys):
     oracles.main([])
     said = capsys.readouterr().out
-    rospy = "python3-rospy python3-rosmaster python3-std-msgs"
+    rospy = "python3-rospy python3-rosmaster python3-std-msgs python3-actionlib python3-geometry-msgs"
     assert (
         "spin           missing: there is no apt-get here; install with" in said
         and "apt-get install spin gcc make g++ flex bison patch\n" in said
@@ -191,7 +191,9 @@ def test_a_group_is_got_by_one_call_of_apt_get(bare, monkeypatch, capsys):
     monkeypatch.setenv("PATH", f"{bare[0]}:/usr/bin:/bin")
     monkeypatch.setattr(os, "geteuid", lambda: 0)
     oracles.main(["--group", "robots"])
-    assert calls.read_text().splitlines() == ["mosquitto python3-rospy python3-rosmaster python3-std-msgs"]
+    assert calls.read_text().splitlines() == [
+        "mosquitto python3-rospy python3-rosmaster python3-std-msgs python3-actionlib python3-geometry-msgs"
+    ]
     said = capsys.readouterr().out
     assert f"robots:\n  mosquitto      {bare[0] / 'mosquitto'}\n  rospy          missing: not found\n" in said
     assert said.endswith("with LLFSM_REQUIRE_ORACLES=mosquitto\n") and "spin" not in said
