@@ -9,6 +9,34 @@ are true at a point of a run, as the bits of a number; the letters of a run are 
 ends in a part that repeats forever; the automata are generalised Büchi automata, which accept a trace if they have a
 run on it that shows each acceptance set again and again; a *bad prefix* is a beginning of a trace after which a
 property is violated, however the trace goes on.
+
+What the sections of a certificate hold, beside the table of that page:
+
+Program. `cells` are [name, lowest, highest, initial value, free]: those of a configuration, of the outputs of a step,
+and of locals, arrays element by element; `sizes` says where the first two end. `choices` are [name, lowest, highest,
+kind, input], `inputs` [name, cell, value in the first letter]. `terms` are expressions [operator, operand, …] whose
+operands are earlier terms; `blocks` are lists of statements: `set` cell, term; `put` cell, size, index, term (an
+element of an array); `sample` cell, choice; `if` term, block, block; `switch` term, [[value, block], …], block;
+`fault` number, term; `do` block. `processes` are [name, cell that is 1 when it has ended, or null, block]; the block
+is a whole step, the letter included. `letter` has the terms of the atoms in the initial configuration (`first`), the
+cells whose values are the bits of a letter (`cells`: the atoms, then what fairness asks), the cell that tells the end
+of a cycle, and the block of the stuttering step. `fairness` are [name, bit of the premise or null, bit of the goal],
+`faults` [code, message, line].
+
+Automata. Edges of state q are `edges[q]`: [positive, negative, target, acceptance], masks over `atoms`, which are
+bits of letters; bit k of `acceptance` is acceptance set k, of which there are `sets`. State 0 is initial. In an
+automaton that is `complete` a letter without an edge is an error, and an edge without a target (null) ends the run.
+`bad` are the states after bad prefixes.
+
+Properties. `violations` is the automaton of the violating runs, `early` that of the bad prefixes, `safe`: every
+violation has one. `formula` is a list of [operator, operand, operand] with operators `atom` (a bit of letters),
+`true`, `not`, `and`, `X`, `U`, `R`, null where the formula has others. `prefix` and `lasso` are proofs: `joint` lists
+states of the automata side by side (assumptions, premises, the property's), `nodes` has three numbers for each
+product state: configuration, index in `joint`, rank; `sets` names for each rank the acceptance set that is missing:
+those of the automata in order, then one that every letter is in, then one for each fairness condition without a
+premise. `run` is `initial`, `steps` [process or null, [[choice, value], …], configuration] and `loop`, the number of
+steps before the part that repeats; `trail` the states of the automata after each letter. `reason`: why it is not
+certified.
 """
 
 from __future__ import annotations
