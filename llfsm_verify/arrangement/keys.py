@@ -214,6 +214,7 @@ _OPERATORS: dict[OperatorKind, str] = {
     "suspend": "machines that operators may suspend",
     "resume": "machines that they may resume",
     "restart": "machines that they may restart",
+    "enter": "machines that they may let enter any of their states",
     "load": "machines that they may load",
     "unload": "machines that they may unload",
     "load_suspended": "machines that they may load suspended",

@@ -231,7 +231,9 @@ class Suppression:
         return place is not None and place.source is self.span.source and self.start <= place.start < self.end
 
 
-OperatorKind = Literal["suspend", "resume", "restart", "load", "unload", "load_suspended", "write", "replace", "policy"]
+OperatorKind = Literal[
+    "suspend", "resume", "restart", "enter", "load", "unload", "load_suspended", "write", "replace", "policy"
+]
 REPLACE: OperatorKind = "replace"
 """Another machine takes the place of a running one. No step does that, so no step program knows of it."""
 POLICY: OperatorKind = "policy"

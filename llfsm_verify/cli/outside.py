@@ -19,8 +19,8 @@ from llfsm_verify.runtime.deciding.recordings import Decided
 from llfsm_verify.runtime.live import ABSENT
 from llfsm_verify.runtime.outside.guard import Acted, OutsideGuard, Sent, refusals
 from llfsm_verify.runtime.whiteboard.client import Whiteboard
-from llfsm_verify.runtime.whiteboard.posts import WRITE
 from llfsm_verify.runtime.whiteboard.subscription import most_missed
+from llfsm_verify.semantics.operators import ARGUMENTS
 
 GIVEN = tuple(kind for kind in OPERATORS.keys if kind not in ("replace", "policy"))
 """The commands that a guard may give: those that need no file."""
@@ -38,10 +38,11 @@ def orders_of(options: Namespace) -> list[Order]:
 def command(text: str) -> Order:
     """An operator's command as `llfsm send` has it. ValueError: it is not one."""
     words = text.split()
-    if not words or words[0] not in GIVEN or len(words) != (3 if words[0] == WRITE else 2):
-        others = ", ".join(f"`{kind}`" for kind in GIVEN[1:-1])
+    if not words or words[0] not in GIVEN or len(words) != (3 if words[0] in ARGUMENTS else 2):
+        others = ", ".join(f"`{kind}`" for kind in GIVEN[1:] if kind not in ARGUMENTS)
         raise ValueError(
-            f"`{text[:60]}` is not a command of a guard: write `suspend MACHINE` (or {others}) or `write SLOT VALUE`"
+            f"`{text[:60]}` is not a command of a guard: write `suspend MACHINE` (or {others}), `enter MACHINE STATE` "
+            "or `write SLOT VALUE`"
         )
     return Order(*words)
 

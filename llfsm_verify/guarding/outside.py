@@ -117,7 +117,10 @@ def _unfit(arrangement: Arrangement, orders: Sequence[Order], task: Task) -> Ite
         yield Diagnostic(UNFIT, message, hint="write `on_violation: reject`")
     declared = {(operator.kind, operator.target) for operator in arrangement.operators}
     for order in orders:
-        if (order.kind, order.target) not in declared:
+        if order.kind == "enter":
+            message = f"`{order.text}` is for operators alone, and in the proof a machine gives the commands"
+            yield Diagnostic(UNFIT, message, hint=f"`restart {order.target}` is a command of machines, too")
+        elif (order.kind, order.target) not in declared:
             message = f"`{order.text}` would be refused: `operators` does not declare it"
             yield Diagnostic(UNFIT, message, hint=f"write `operators: {{{order.kind}: [{order.target}]}}`")
 

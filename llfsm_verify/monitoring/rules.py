@@ -47,8 +47,8 @@ def _order(arrangement: Arrangement, machine: Machine) -> Iterator[Rule]:
     """After each state: itself, the targets of its transitions, and where commands may have brought the machine."""
     received = _received(arrangement, machine)
     puts_aside = bool(received & {"suspend", "load_suspended"}) or machine.suspended
-    if puts_aside and machine.suspend is None:
-        return  # its suspend state has no name in properties
+    if "enter" in received or (puts_aside and machine.suspend is None):
+        return  # any state may come, or its suspend state has no name in properties
     for number, state in enumerate(machine.states):
         if number == machine.suspend and received & {"resume"}:
             continue  # it goes back to wherever it was

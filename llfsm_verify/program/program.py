@@ -232,7 +232,7 @@ class Fault:
 
 EventKind = Literal[
     "entry", "exit", "internal", "on_suspend", "on_resume", "guard", "suspend", "resume", "restart", "accept", "load",
-    "unload", "faulted", "refused", "part",
+    "unload", "faulted", "refused", "part", "enter",
 ]  # fmt: skip
 
 
@@ -241,7 +241,7 @@ class Emit:
     """Tell observers what happens. Engines that are not observed leave it out.
 
     `machine` is an index into `Program.machines`. Arguments: (state) for entry, exit, internal, on_suspend, on_resume
-    and accept; (state, transition, value) for guard; (from, to) for suspend and resume, (from) for restart, none
+    and accept; (state, transition, value) for guard; (from, to) for suspend, resume and enter, (from) for restart, none
     for load and unload; the number of the place, in `Program.faults` for faulted, in `Program.refusals` for refused;
     (part, value) for part, which only programs have that tell the parts of guards (`semantics.parts`).
     """

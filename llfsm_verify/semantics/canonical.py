@@ -31,9 +31,16 @@ def _machine(context: Context, control: Control) -> list[Stmt]:
 
 
 def _suspended_otherwise(control: Control) -> bool:
-    """The suspend state can become current without a suspend command: by a transition, or by a restart."""
-    return control.suspend == control.machine.initial or any(
-        t.target == control.suspend for i, s in enumerate(control.states) for t in s.transitions if i != control.suspend
+    """The suspend state can become current without a suspend command: by a transition, a restart or `enter`."""
+    return (
+        control.suspend == control.machine.initial
+        or (control.enters and control.machine.suspend is not None)
+        or any(
+            t.target == control.suspend
+            for i, s in enumerate(control.states)
+            for t in s.transitions
+            if i != control.suspend
+        )
     )
 
 

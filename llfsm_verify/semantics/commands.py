@@ -6,12 +6,12 @@ their state.
 
 from __future__ import annotations
 
-from llfsm_verify.program.program import BOOL, Block, Const, Expr, Get, If, Int, Set, Stmt, Switch, Var
+from llfsm_verify.program.program import BOOL, Block, Const, Emit, Expr, If, Set, Stmt, Switch, Var
 from llfsm_verify.program.terms import FALSE, TRUE, conjunction, const, disjunction, get, op
 from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.cycle import pass_turn, process_var
 from llfsm_verify.semantics.queries import in_schedule, process_ended
-from llfsm_verify.semantics.vocabulary import COMMANDS, RESTART, RESUME, SUSPEND, Control, emit
+from llfsm_verify.semantics.vocabulary import COMMANDS, ENTER, RESTART, RESUME, SUSPEND, Control, emit
 
 
 def command(context: Context, asking: Control, kind: str, machine: str, *, operator: bool = False) -> Block:
@@ -27,14 +27,22 @@ def command(context: Context, asking: Control, kind: str, machine: str, *, opera
 
 def take_command(context: Context, control: Control) -> list[Stmt]:
     """The pending command takes effect: the state changes here, the actions it calls for run in the state's block."""
-    pending = control.var("pending")
-    cases = ((SUSPEND, _suspend(context, control)), (RESUME, _resume(control)), (RESTART, _restart(context, control)))
-    return [
-        If(
-            op("ne", get(pending, Int(0, 3)), const(0)),
-            (Switch(get(pending, Int(0, 3)), tuple((k, b) for k, b in cases if b)), Set(pending, None, const(0))),
-        )
+    initial = control.machine.initial
+    cases = [
+        (SUSPEND, _suspend(context, control)),
+        (RESUME, _resume(control)),
+        (RESTART, _begin_in(context, control, initial, emit(control, "restart", control.state))),
     ]
+    for number in range(len(control.machine.states)) if control.enters else ():
+        announce = emit(control, "enter", control.state, const(number))
+        cases.append((ENTER + number, _begin_in(context, control, number, announce)))
+    taken = Switch(control.waiting, tuple((k, b) for k, b in cases if b))
+    return [If(op("ne", control.waiting, const(0)), (taken, Set(control.var("pending"), None, const(0))))]
+
+
+def take_inner(context: Context, owner: str) -> list[Stmt]:
+    """What was commanded to the machines inside an owner takes effect where they are not asked for it otherwise."""
+    return [s for name in context.inside(owner) for s in take_command(context, context.control(name))]
 
 
 def _suspend(context: Context, control: Control) -> Block:
@@ -69,27 +77,27 @@ def _resume(control: Control) -> Block:
     return (If(op("eq", control.state, const(control.suspend)), tuple(body)),)
 
 
-def _restart(context: Context, control: Control) -> Block:
-    initial = const(control.machine.initial)
+def _begin_in(context: Context, control: Control, number: int, announce: Emit) -> Block:
+    """The machine is in that state as it is at first in the initial one, with its variables as they are."""
+    state = const(number)
     body: list[Stmt] = drop_inner(context, control)
-    body += [Set(control.var("entered"), None, FALSE), Set(control.var("state"), None, initial)]
+    body += [Set(control.var("entered"), None, FALSE), Set(control.var("state"), None, state)]
     if control.previous:
         body.append(Set(control.var("previous"), None, const(0)))
-    announce = emit(control, "restart", control.state)
     revive = _revive(context, control)
     if context.arrangement.profile.restart_enters_initial:
         return (announce, *revive, *body)
-    return (announce, *revive, If(op("ne", control.state, initial), tuple(body)))
+    return (announce, *revive, If(op("ne", control.state, state), tuple(body)))
 
 
-def send(context: Context, asking: Control, command: int, machine: str) -> Block:
+def send(context: Context, asking: Control, command: int | Expr, machine: str) -> Block:
     """Put `command` into the pending slot of a machine that is there: the last one wins, but a resume never replaces a
-    restart. `asking`: whose ringlet it is."""
+    restart or `enter`. `asking`: whose ringlet it is."""
     target = context.control(machine)
-    pending = Get(target.var("pending"), None, Int(0, 3))
-    effect: Block = (Set(target.var("pending"), None, const(command)),)
+    value = const(command) if isinstance(command, int) else command
+    effect: Block = (Set(target.var("pending"), None, value),)
     if command == RESUME:
-        effect = (If(op("ne", pending, const(RESTART)), effect),)
+        effect = (If(op("lt" if target.enters else "ne", target.waiting, const(RESTART)), effect),)
     there = in_schedule(context, target, asking)
     return effect if there == TRUE else (If(there, effect),)
 
@@ -143,9 +151,9 @@ def set_inner_aside(context: Context, control: Control) -> list[Stmt]:
         for name in control.runs(index):
             target = context.control(name)
             assert target.suspend is not None
-            waits = get(target.var("pending"), Int(0, 3))
+            waits = target.waiting
             runs = op("and", op("ne", target.state, const(target.suspend)), op("ne", waits, const(SUSPEND)))
-            will = [op("eq", waits, const(RESTART)), op("eq", waits, const(RESUME))]
+            will = [op("ge" if target.enters else "eq", waits, const(RESTART)), op("eq", waits, const(RESUME))]
             body.append(
                 If(
                     disjunction([runs, *will]),

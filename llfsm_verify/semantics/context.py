@@ -125,6 +125,11 @@ class Context:
         order = {m.name: i for i, m in enumerate(self.owners())}
         return sorted(found, key=lambda m: (order.get(m, len(order)), list(self.controls).index(m)))
 
+    def inside(self, machine: str) -> list[str]:
+        """The machines that its states run, and those inside their states, owners before what they run."""
+        own = self.control(machine).owned
+        return [*own, *(name for inner in own for name in self.inside(inner))]
+
     def loads(self, machine: str) -> bool:
         """A command may load or unload the machine."""
         control = self.control(machine)

@@ -140,9 +140,10 @@ def _control(
         suspend=suspend,
         process=process,
         position=position,
-        pending=bool(received & COMMANDS.keys()),
+        pending=bool(received & {*COMMANDS, "enter"}),
         remembered=suspend is not None and "resume" in received,
-        previous=suspend is not None and (by_transition or bool(received & puts_aside) or machine.suspended),
+        previous=suspend is not None
+        and (by_transition or bool(received & puts_aside) or received >= {"enter", "resume"} or machine.suspended),
         leaves=any(s.finishes for i, s in enumerate(states) if i != suspend),
         bounds=tuple(bounds),
         caps=tuple(max(0, c) for c in caps),
@@ -151,6 +152,7 @@ def _control(
         keeps=arrangement.finished == "keep" or machine.nested,
         owned=tuple(dict.fromkeys(name for state in machine.states for name in state.runs)),
         reloads=bool(received & {"load", "load_suspended"}),
+        enters="enter" in received,
         scheduled=scheduled,
     )
 
@@ -167,13 +169,8 @@ def _declare_control(context: Context, control: Control, wants_finished: bool, r
     add("state", control.state.type, start, names)
     add("entered", BOOL, 0)
     if control.pending:
-        add(
-            "pending",
-            Int(0, 3),
-            0,
-            ("none", "suspend", "resume", "restart"),
-            arrangement.profile.commands != "next_turn",
-        )
+        kinds = ("none", *COMMANDS, *(f"enter {s.name}" for s in machine.states if control.enters))
+        add("pending", control.waiting.type, 0, kinds, arrangement.profile.commands != "next_turn")
     if control.remembered:
         add("remembered", control.state.type, machine.initial, names)
     if control.previous:

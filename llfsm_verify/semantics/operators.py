@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 from llfsm_verify.language.types import ArrayType, RecordType
-from llfsm_verify.program.program import BOOL, Block, If, Int, Local, Sample, Set, Stmt
-from llfsm_verify.semantics.commands import command, take_command
+from llfsm_verify.program.program import BOOL, Block, Choice, If, Int, Local, Sample, Set, Stmt
+from llfsm_verify.program.terms import const, op
+from llfsm_verify.semantics.commands import command, send, take_command, take_inner
 from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.storage import labels, machine_type
-from llfsm_verify.semantics.vocabulary import COMMANDS, Control
+from llfsm_verify.semantics.vocabulary import ENTER, Control
 
 OPERATOR = "operator."
 """What the names of choices begin with that stand for what operators do."""
+ARGUMENTS = {"write": "value", "enter": "state"}
+"""By the kind of what they do: the choice that says what is written, or entered."""
+
+
+def is_command(choice: Choice) -> bool:
+    """Whether the choice is that something comes from an operator."""
+    kind, _, target = choice.name.removeprefix(OPERATOR).partition("(")
+    return choice.name.startswith(OPERATOR) and bool(target) and kind not in ARGUMENTS.values()
 
 
 def operate(context: Context, control: Control) -> list[Stmt]:
@@ -35,7 +44,16 @@ def _effect(context: Context, control: Control, number: int) -> Block:
         choice = context.operator_choice(f"operator.value({operator.target})", kind, labels(entry.type))
         return (Sample(value, choice), Set(entry.name, None, value))
     target = context.control(operator.target)
-    effect = command(context, control, operator.kind, operator.target, operator=True)
-    if operator.kind in COMMANDS and context.arrangement.profile.commands == "end_of_ringlet":
-        return (*effect, *take_command(context, target))
-    return effect
+    effect: Block
+    if operator.kind == "enter":
+        names = tuple(state.name for state in target.machine.states)
+        kind = Int(0, len(names) - 1)
+        state = Local(f"operator.{number}.state", kind)
+        choice = context.operator_choice(f"{OPERATOR}state({operator.target})", kind, names)
+        effect = (Sample(state, choice), *send(context, control, op("add", state, const(ENTER)), operator.target))
+    else:
+        effect = command(context, control, operator.kind, operator.target, operator=True)
+    if context.arrangement.profile.commands != "end_of_ringlet":
+        return effect
+    own = take_command(context, target) if target.pending else []
+    return (*effect, *own, *take_inner(context, operator.target))

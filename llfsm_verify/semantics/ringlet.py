@@ -11,7 +11,6 @@ from llfsm_verify.program.program import (
     Block,
     EventKind,
     Expr,
-    Get,
     If,
     Int,
     Let,
@@ -24,7 +23,14 @@ from llfsm_verify.program.program import (
 )
 from llfsm_verify.program.terms import FALSE, TRUE, const, disjunction, get, op
 from llfsm_verify.semantics.canonical import canonical_block
-from llfsm_verify.semantics.commands import forget_inner, run_inner, suspend_inner, take_command, unload_self
+from llfsm_verify.semantics.commands import (
+    forget_inner,
+    run_inner,
+    suspend_inner,
+    take_command,
+    take_inner,
+    unload_self,
+)
 from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.cycle import may_begin, next_turn, process_var
 from llfsm_verify.semantics.expressions import Code
@@ -52,13 +58,19 @@ def lower_slot(context: Context, control: Control, slot: int) -> Slot:
     touched = [control.machine.name]
     if may_begin(context, control):
         touched += context.plants
-        touched += sorted({o.target for o in context.arrangement.operators if o.kind != "write"} - set(touched))
+        operated = {o.target for o in context.arrangement.operators if o.kind != "write"}
+        if profile.commands == "end_of_ringlet":
+            operated |= {inner for name in operated for inner in context.inside(name)}
+        touched += sorted(operated - set(touched))
     if profile.commands == "end_of_ringlet":
         for name in (name for name in commanded if context.control(name).pending):
             epilogue += take_command(context, context.control(name))
         touched += [name for name in commanded if name not in touched]
     touched += [name for name in commanded if context.loads(name) and name not in touched]
-    epilogue += unload_self(context, control)
+    unloaded = unload_self(context, control)
+    epilogue += unloaded
+    if unloaded and profile.commands == "end_of_ringlet":
+        epilogue += take_inner(context, control.machine.name)
     epilogue += next_turn(context, control)
     return Slot(
         machine=control.index,
@@ -344,6 +356,6 @@ def _accept(context: Context, control: Control, index: int, code: Code) -> None:
         return
     waits: Expr = FALSE
     if control.pending:
-        pending: Get = get(control.var("pending"), Int(0, 3))
-        waits = op("or", op("eq", pending, const(SUSPEND)), op("eq", pending, const(RESTART)))
+        moves = op("ge" if control.enters else "eq", control.waiting, const(RESTART))
+        waits = op("or", op("eq", control.waiting, const(SUSPEND)), moves)
     code.out.append(Set(name, None, op("not", waits)))

@@ -10,8 +10,8 @@ from llfsm_verify.arrangement.model import Machine, State
 from llfsm_verify.language.typed import Expression
 from llfsm_verify.program.program import BOOL, Emit, EventKind, Expr, Get, Int
 
-SUSPEND, RESUME, RESTART = 1, 2, 3
-"""Values of a machine's pending slot; 0: it is empty."""
+SUSPEND, RESUME, RESTART, ENTER = 1, 2, 3, 4
+"""Values of a machine's pending slot; 0: it is empty; `ENTER` + n: an operator lets it enter its state n."""
 COMMANDS = {"suspend": SUSPEND, "resume": RESUME, "restart": RESTART}
 RAN, CYCLE, FIRED, SPENT = "$ran", "$cycle", "$fired", "$spent"
 """The outputs every step has; no name of a user begins so."""
@@ -74,6 +74,8 @@ class Control:
     """The machines that its states run."""
     reloads: bool = False
     """A command may load it, so that it matters whether it has finished."""
+    enters: bool = False
+    """An operator may let it enter each of its states."""
     scheduled: bool = True
     """False: it is the model of the surroundings, whose ringlets are not steps."""
 
@@ -83,6 +85,12 @@ class Control:
     @property
     def state(self) -> Get:
         return Get(self.var("state"), None, Int(0, len(self.states) - 1))
+
+    @property
+    def waiting(self) -> Get:
+        """Its pending slot."""
+        most = ENTER + len(self.machine.states) - 1 if self.enters else RESTART
+        return Get(self.var("pending"), None, Int(0, most))
 
     def flag(self, what: str) -> Get:
         return Get(self.var(what), None, BOOL)

@@ -166,7 +166,7 @@ class _Composer:
 
     def _operators(self, names: list[str], whiteboard: Document, *, loads: bool) -> Document:
         """One or two things that operators may do, since each doubles the steps that begin a cycle."""
-        kinds = ("suspend", "resume", "restart", *(("load", "unload", "load_suspended") if loads else ()))
+        kinds = ("suspend", "resume", "restart", "enter", *(("load", "unload", "load_suspended") if loads else ()))
         found: Document = {kind: [self.pen.pick(names)] for kind in (self.pen.pick(kinds), self.pen.pick(kinds))}
         shared = [(n, w) for n, w in whiteboard.items() if isinstance(w, dict) and w.get("role") != "input"]
         small = [n for n, w in shared if w["type"] in ("bool", "0..3")]

@@ -24,6 +24,8 @@ Event = tuple[str, str, tuple[int, ...]]
 Choose = Callable[[str, str, Sequence[Scalar]], Scalar]
 """Kind (`input`, `age`, `free`), name and possible values to the value."""
 Picks = tuple[tuple[str, str, Scalar], ...]
+ANEW = ("restart", "enter")
+"""How commands begin that a resume does not replace."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +38,7 @@ class MachineState:
     due: tuple[tuple[str, int], ...] = ()
     """What runs before on_entry: (`on_suspend` or `on_resume`, of which state)."""
     pending: str | None = None
+    """A command; `enter 2`: an operator lets it enter its state 2."""
     finished: bool = False
     left: bool = False
     loaded: bool = True
@@ -429,19 +432,15 @@ class _Turn:
             self.early = False
             self.unloads = True
         mine = self.machines[name]
-        if accepts and not self.suspended(name) and mine.pending not in ("suspend", "restart"):
+        if accepts and not self.suspended(name) and not (mine.pending or "").startswith(("suspend", *ANEW)):
             leaves = self.arrangement.finished == "leave" and name not in self.direct.owner
             self.machines[name] = replace(mine, finished=True, left=leaves)
         if accepts and not self.suspended(name):
             self.machines[name] = replace(self.machines[name], done=True)
-        if self.profile.commands == "end_of_ringlet":
-            for other in self.direct.order:
-                its = self.machines[other]
-                if its.pending is not None:
-                    self._act(other, its.pending)
-                    self.machines[other] = replace(self.machines[other], pending=None)
+        self._act_at_once()
         if self.unloads:
             self._unload(name)
+            self._act_at_once()
         self._pass_on(number, accepts)
 
     def _new_samples(self, number: int) -> None:
@@ -472,11 +471,19 @@ class _Turn:
         if kind in ("load", "load_suspended"):
             self.load(kind, target, operator=True)
             return
+        if kind == "enter":
+            states = self.arrangement.machine(target).states
+            kind = f"enter {self.choose('choose', 'operator.state', range(len(states)))}"
         self.command(kind, target)
-        its = self.machines[target]
-        if self.profile.commands == "end_of_ringlet" and its.pending is not None:
-            self.machines[target] = replace(its, pending=None)
-            self._act(target, its.pending)
+        self._act_at_once()
+
+    def _act_at_once(self) -> None:
+        """Under `commands: end_of_ringlet`, where a ringlet ends or an operator has commanded: owners first."""
+        for other in self.direct.order if self.profile.commands == "end_of_ringlet" else ():
+            its = self.machines[other]
+            if its.pending is not None:
+                self.machines[other] = replace(its, pending=None)
+                self._act(other, its.pending)
 
     # ------------------------------------------------------------ plants (section 10)
 
@@ -669,7 +676,7 @@ class _Turn:
         for name in runs:
             inner = self.machines[name]
             runs_now = not self.suspended(name) and inner.pending != "suspend"
-            if runs_now or inner.pending in ("restart", "resume"):
+            if runs_now or (inner.pending or "").startswith(("resume", *ANEW)):
                 self.machines[name] = replace(inner, together=True)
                 self.command("suspend", name)
         self.machines[owner] = replace(self.machines[owner], inside=bool(runs) and its.entered)
@@ -750,7 +757,7 @@ class _Turn:
             return
         if its.left or not its.loaded or self.processes[self.direct.process_of[machine]].ended:
             return
-        if not (kind == "resume" and its.pending == "restart"):
+        if not (kind == "resume" and (its.pending or "").startswith(ANEW)):
             self.machines[machine] = replace(its, pending=kind)
 
     def _act(self, name: str, command: str) -> None:
@@ -772,12 +779,14 @@ class _Turn:
                     due = ()
                 its = replace(its, state=its.remembered, entered=False, due=due, finished=False)
         else:
-            self._tell("restart", name, its.state)
-            if its.state != machine.initial or self.profile.restart_enters_initial:
+            kind, _, number = command.partition(" ")
+            where = int(number) if number else machine.initial
+            self._tell(kind, name, its.state, *([where] if number else []))
+            if its.state != where or self.profile.restart_enters_initial:
                 if name in self.direct.owner.values():
                     self._drop_inner(name)
                     its = self.machines[name]
-                its = replace(its, state=machine.initial, entered=False, due=())
+                its = replace(its, state=where, entered=False, due=())
             its = replace(its, finished=False)
         self.machines[name] = its
 

@@ -9,7 +9,10 @@ from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.checking.verdict import Options
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.verification.verify import verify
+from tests.oracle.direct import Direct
+from tests.oracle.lockstep import Lockstep
 
 Document = dict[str, object]
 
@@ -184,3 +187,16 @@ def test_a_machine_inside_a_state_that_is_in_no_schedule_is_an_error() -> None:
     with pytest.raises(DiagnosticError) as found:
         build_arrangement({"name": "x", "machines": machines, "schedule": ["m"]})
     assert [d.code for d in found.value.diagnostics] == ["E083"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("leaves", ["unload(self);", "n = 1 / (n - n);"])
+@pytest.mark.parametrize("commands", ["next_turn", "end_of_ringlet"])
+def test_an_owner_that_unloads_itself_suspends_what_runs_inside(commands: str, leaves: str) -> None:
+    last = {"name": "LAST", "runs": ["w"], "internal": leaves, "stays": "true"}
+    first = {"name": "FIRST", "transitions": [{"when": "true", "to": "LAST"}]}
+    document = nest(first, last, profile={"base": "llfsm", "commands": commands}, observe="cycle")
+    document["machines"]["o"]["on_fault"] = "unload"  # type: ignore[index]
+    hold(document, "G (!o.loaded -> w.suspended)", "F !o.loaded")
+    model = build_arrangement({**document, "observe": "ringlet"})
+    Lockstep(model, lower(model, keep_all_bits=True), Direct(model, {})).walk(100)

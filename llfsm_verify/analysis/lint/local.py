@@ -91,10 +91,12 @@ def _never(arrangement: Arrangement, probed: Probed, number: int) -> list[str]:
 
 def _reached(arrangement: Arrangement, name: str, info: MachineInfo, found: Locally) -> frozenset[int]:
     """The states that a machine can be in: it starts in one, commands lead to that or to the suspend state or back to
-    where it was, and all else is transitions that can fire."""
+    where it was, operators may let it enter any, and all else is transitions that can fire."""
     machine = arrangement.machine(name)
     implicit = range(len(machine.states), len(info.states))  # the suspend state that is not declared
     seen = {machine.initial, *implicit} | (set() if machine.suspend is None else {machine.suspend})
+    if any(o.kind == "enter" and o.target == name for o in arrangement.operators):
+        return frozenset(range(len(info.states)))
     todo = list(seen)
     while todo:
         state = todo.pop()

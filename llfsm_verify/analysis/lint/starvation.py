@@ -212,7 +212,7 @@ def _finishing(arrangement: Arrangement, texts: dict[str, _Text], atoms: Iterabl
     """States in which machines finish that others need, while others go on for good."""
     asked = (node for atom in atoms for node in of_kind(atom.expression, Observe))
     meant = {node.machine for node in asked if node.kind == "finished"}
-    meant |= {o.target for o in arrangement.operators if o.kind == "restart"}
+    meant |= {o.target for o in arrangement.operators if o.kind in ("restart", "enter")}
     meant = meant.union(*(text.restarts for text in texts.values()))
     outputs = {entry.variable.name for entry in arrangement.whiteboard if entry.role == "output"}
     own = [m for m in arrangement.machines if m.loaded and not m.nested]

@@ -11,7 +11,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 if TYPE_CHECKING:
     from llfsm_verify.runtime.whiteboard.client import Replaced
 
-KINDS = ("suspend", "resume", "restart", "load", "load_suspended", "unload", "write", "replace", "policy")
+KINDS = ("suspend", "resume", "restart", "enter", "load", "load_suspended", "unload", "write", "replace", "policy")
 """Of commands."""
 
 
@@ -29,8 +29,9 @@ def arguments(parser: Parser) -> None:
         "target", metavar="MACHINE|SLOT|FILE", help="the machine or slot; for policy: the file of the new policy"
     )
     parser.add_argument(
-        "value", metavar="VALUE|FILE", nargs="?", help="for write: the value; for replace: the file of the new machine"
-    )
+        "value", metavar="STATE|VALUE|FILE", nargs="?",
+        help="for enter: the state; for write: the value; for replace: the file of the new machine",
+    )  # fmt: skip
     parser.add_argument("--unchecked", action="store_true", help="for replace: load the machine without a check")
 
 
@@ -42,13 +43,13 @@ def run(options: Namespace) -> int:
     from llfsm_verify.runtime.live import ABSENT
     from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError
     from llfsm_verify.runtime.whiteboard.places import NoPlace
-    from llfsm_verify.runtime.whiteboard.posts import WRITE
+    from llfsm_verify.semantics.operators import ARGUMENTS
 
-    valued = options.what in {WRITE, REPLACE}
+    valued = options.what in {*ARGUMENTS, REPLACE}
     if valued != (options.value is not None):
         raise UsageError(
-            "write `llfsm send NAME write SLOT VALUE`, `llfsm send NAME replace MACHINE FILE`, "
-            "`llfsm send NAME policy FILE`, or another command without a value"
+            "write `llfsm send NAME enter MACHINE STATE`, `llfsm send NAME write SLOT VALUE`, "
+            "`llfsm send NAME replace MACHINE FILE`, `llfsm send NAME policy FILE`, or another command without a value"
         )
     if options.unchecked and options.what != REPLACE:
         raise UsageError("--unchecked is for `replace`")

@@ -509,7 +509,11 @@ class BlockText:
             ):
                 return ""  # nothing of it is left
             return comment(_ACTIONS.get(emit.kind, emit.kind))
-        return comment(emit.kind) if emit.kind in ("suspend", "resume", "restart", "load", "unload", "refused") else ""
+        return (
+            comment(emit.kind)
+            if emit.kind in ("suspend", "resume", "restart", "enter", "load", "unload", "refused")
+            else ""
+        )
 
     def _store(self, store: Set) -> Work[None]:
         number: Number = yield self._value(store.value)

@@ -14,7 +14,7 @@ from llfsm_verify.program.program import Choice, Int, Program, Set
 from llfsm_verify.program.trees import statements
 from llfsm_verify.registry import meant
 from llfsm_verify.runtime.stepping.duration import duration_ms, excess
-from llfsm_verify.semantics.operators import OPERATOR
+from llfsm_verify.semantics.operators import OPERATOR, is_command
 from llfsm_verify.values import ValueProblem, choice_value
 
 FEWEST = 5
@@ -59,7 +59,7 @@ class Drawing:
 
     def of(self, choice: Choice) -> tuple[Piece, ...]:
         """The pieces from which a choice is drawn; none: each of its values is as likely."""
-        if choice.source in self.pieces or self.hold is None or not _is_command(choice):
+        if choice.source in self.pieces or self.hold is None or not is_command(choice):
             return self.pieces.get(choice.source, ())
         return _pieces(choice, {1: self.change(1)})
 
@@ -170,10 +170,6 @@ def representatives(program: Program, names: set[str], *, single: bool = False) 
         else:
             represented.append(-1)
     return represented
-
-
-def _is_command(choice: Choice) -> bool:
-    return choice.name.startswith(OPERATOR) and choice.type.boolean and not choice.name.startswith(f"{OPERATOR}value(")
 
 
 # ---------------------------------------------------------------- as users write it

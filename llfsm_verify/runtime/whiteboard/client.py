@@ -239,8 +239,8 @@ class Whiteboard(Closing):
 
     def command(self, kind: str, target: str, value: Shown | None = None) -> int:
         """Let an operator's command come: ``suspend``, ``resume``, ``restart``, ``load``, ``load_suspended`` or
-        ``unload`` a machine, or ``write`` a value to a slot. Returns the number of the frame after the cycle at whose
-        beginning it came.
+        ``unload`` a machine, let it ``enter`` a state, or ``write`` a value to a slot. Returns the number of the frame
+        after the cycle at whose beginning it came.
 
         PostRefused: the arrangement's `operators` or `access` do not allow it; WhiteboardError: the server is gone.
         """

@@ -21,7 +21,7 @@ from llfsm_verify.runtime.live.generations import segment_words
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.slots import inputs_of
 from llfsm_verify.runtime.whiteboard.segment import Segment, code
-from llfsm_verify.semantics.operators import OPERATOR
+from llfsm_verify.semantics.operators import ARGUMENTS, OPERATOR, is_command
 from llfsm_verify.values import ValueProblem, number_of
 
 LENT = 15
@@ -93,7 +93,7 @@ COMMAND_WORDS = 4
 SOURCE_WORDS = 5
 MOST_COMMANDS = 1024
 """That wait."""
-WRITE, VALUE = "write", "value"
+WRITE = "write"
 
 
 @dataclass(frozen=True, slots=True)
@@ -307,14 +307,13 @@ def operated(choices: Mapping[str, tuple[int, Choice]], kind: str, target: str, 
     none), and the number of this value. Refused: `operators:` does not declare it, or there is no such value.
     """
     name = f"{OPERATOR}{kind}({target})"
-    if name not in choices or kind == VALUE:
-        declared = [n.removeprefix(OPERATOR) for n in choices if n.startswith(OPERATOR)]
-        offered = [n for n in declared if not n.startswith(f"{VALUE}(")]
+    if name not in choices or not is_command(choices[name][1]):
+        offered = [n.removeprefix(OPERATOR) for n, (_, choice) in choices.items() if is_command(choice)]
         raise Refused(
             f"`operators:` does not declare {kind[:20]} of `{target[:60]}`, only {', '.join(offered) or 'nothing'}"
         )
-    if kind == WRITE:
-        value_number, choice = choices[f"{OPERATOR}{VALUE}({target})"]
+    if kind in ARGUMENTS:
+        value_number, choice = choices[f"{OPERATOR}{ARGUMENTS[kind]}({target})"]
         return choices[name][0], value_number, _number(target, choice, value)
     if value is not None:
         raise Refused(f"{kind} has no value")

@@ -79,6 +79,7 @@ PATIENCE, PROMPT = 0.05, 0.001
 VERSION = 3
 REQUESTS = (
     '`{"post": {INPUT: VALUE, …}}`, `{"command": [WHAT, MACHINE]}`, `{"command": ["write", SLOT, VALUE]}`, '
+    '`{"command": ["enter", MACHINE, STATE]}`, '
     '`{"replace": [MACHINE, FILE, TEXT], "unchecked": true}`, `{"policy": [FILE, TEXT]}`, '
     '`{"write": [INPUT, …]}`, `{"subscribe": true}` and `{"unsubscribe": NUMBER}`'
 )
