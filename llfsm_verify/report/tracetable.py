@@ -19,6 +19,9 @@ FOLD_FROM = 2
 READ = re.compile(r"\w+\.read\([^()]*\)")
 """An atom that says what one step read, `m.read(car)`; the column of inputs shows what it was."""
 
+OPERATED = re.compile(r"operator\.(\w+)\(")
+"""How the name of a choice of an operator begins."""
+
 Mark = Literal["", "first", "inside", "last", "only"]
 
 
@@ -51,10 +54,15 @@ class LastShown:
 
     def fresh(self, step: TraceStep) -> TraceStep:
         """The step with those inputs alone that are to be shown, which count as shown from now on."""
-        sampled = tuple(s for s in step.sampled if self._texts.get(_name(s)) != s.text and not _stays_away(s))
+        sampled = tuple(s for s in step.sampled if self._is_new(s))
         world = tuple(s for s in step.world if self._texts.get(_name(s)) != s.text)
         self._texts.update((_name(s), s.text) for s in step.choices)
         return replace(step, sampled=sampled, world=world, changes=own_changes(step))
+
+    def _is_new(self, read: Sampled) -> bool:
+        if OPERATED.match(read.choice):  # an event, also if the same has come before
+            return not _stays_away(read)
+        return self._texts.get(_name(read)) != read.text
 
     def over(self, steps: Sequence[TraceStep], still: Collection[str]) -> str:
         """What is to be shown of the inputs in several steps: the value of one that had another before, and which ones
@@ -69,7 +77,7 @@ class LastShown:
         told = []
         for name, texts in values.items():
             text = next(iter(texts)) if len(texts) == 1 else None
-            if name in still or name.startswith("operator.") or (text is not None and self._texts.get(name) == text):
+            if name in still or OPERATED.match(name) or (text is not None and self._texts.get(name) == text):
                 continue
             self._texts.pop(name, None) if text is None else self._texts.update({name: text})
             said = f"{name} varies" if text is None else f"{name} = {text}"
@@ -230,7 +238,8 @@ def _name(read: Sampled) -> str:
 
 def _stays_away(read: Sampled) -> bool:
     """An operator who may act does not."""
-    return read.choice.startswith("operator.") and read.text == "false"
+    operated = OPERATED.match(read.choice)
+    return operated is not None and operated[1] != "value" and read.text == "false"
 
 
 def _read_by_causes(trace: Trace) -> frozenset[str]:

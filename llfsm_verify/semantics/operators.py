@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from llfsm_verify.language.types import ArrayType, RecordType
-from llfsm_verify.program.program import BOOL, Block, Choice, If, Int, Local, Sample, Set, Stmt
+from llfsm_verify.program.program import BOOL, Block, If, Int, Local, Sample, Set, Stmt
 from llfsm_verify.program.terms import const, op
 from llfsm_verify.semantics.commands import command, send, take_command, take_inner
 from llfsm_verify.semantics.context import Context
@@ -16,10 +16,10 @@ ARGUMENTS = {"write": "value", "enter": "state"}
 """By the kind of what they do: the choice that says what is written, or entered."""
 
 
-def is_command(choice: Choice) -> bool:
-    """Whether the choice is that something comes from an operator."""
-    kind, _, target = choice.name.removeprefix(OPERATOR).partition("(")
-    return choice.name.startswith(OPERATOR) and bool(target) and kind not in ARGUMENTS.values()
+def is_command(choice: str) -> bool:
+    """Whether a choice of this name is that something comes from an operator."""
+    kind, _, target = choice.removeprefix(OPERATOR).partition("(")
+    return choice.startswith(OPERATOR) and bool(target) and kind not in ARGUMENTS.values()
 
 
 def operate(context: Context, control: Control) -> list[Stmt]:

@@ -213,6 +213,13 @@ CASES: tuple[Case, ...] = (
     Case("an operator without a word", TOP("operators: {§stop: [m]}"), "E033"),
     Case("an operator of no list", TOP("operators: {suspend: §m}"), "E031"),
     Case("an operator of no machine", TOP("operators: {suspend: [§n]}"), "E098"),
+    Case("an operator that lets a state enter", TOP("operators: {enter: [§m@A]}"), "E098"),
+    Case("an operator that lets one state be entered", TOP("operators: {enter: §{m: A}}"), "E031"),
+    Case(
+        "an operator without the clearance that a state needs",
+        TOP("access: {levels: [a, b], command: {m: b}}\noperators: {enter: [§m]}"),
+        "E157",
+    ),
     Case("an operator of no variable", TOP("operators: {write: [§n]}"), "E098"),
     Case("an operator named twice", TOP("operators: {suspend: [m, §m]}"), "E098"),
     Case("an operator that writes an input", FRAMED() + "operators: {write: [§car]}\n", "E098"),

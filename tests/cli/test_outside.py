@@ -25,7 +25,7 @@ machines:
         - {name: "ON", internal: lamp = true;, stays: true}
         - {name: "OFF", on_entry: lamp = false;}
 schedule: [m]
-operators: {suspend: [m]}
+operators: {suspend: [m], enter: [m]}
 """
 
 
@@ -85,6 +85,8 @@ def test_a_watcher_gives_commands(lamp: str) -> None:
     with served(load_arrangement(lamp)):
         for options, code, said in (
             (("--command", "restart m"), 3, "`restart m` would be refused: `operators:` does not declare restart"),
+            (("--command", "enter m DIM"), 3, "`enter m DIM` would be refused: m: `DIM` is not one of ON, OFF"),
+            (("--command", "enter m"), 2, "`enter m` is not a command of a guard: write"),
             (("--post", "lamp=true"), 3, "there is no input `lamp`, only go"),
             (("--command", "m suspend"), 2, "`m suspend` is not a command of a guard"),
             (("--post", "go"), 2, "--post needs INPUT=VALUE"),

@@ -117,6 +117,7 @@ def test_the_files():
 @pytest.mark.parametrize(
     ("change", "orders", "text", "code", "why"),
     [
+        (("", ""), [Order("enter", "m", "ON")], "dark: G !lamp", "E438", "`enter m ON` is for operators alone"),
         (("", ""), [Order("suspend", "spare")], "dark: G !lamp", "E438", "`suspend spare` would be refused"),
         (("", ""), [SUSPEND], "on: G F lamp", "E437", "no frame violates `on`"),
         (("low, high]", "low, high], on_violation: refuse"), [SUSPEND], "dark: G !lamp", "E438", "clearances"),

@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 from rich.text import Text
 
-from llfsm_verify.checking.trace import Cause, Change, Trace
+from llfsm_verify.checking.trace import Cause, Change, Sampled, Trace
 from llfsm_verify.checking.verdict import Exploration
 from llfsm_verify.report.cycles import Times
 from llfsm_verify.report.steptable import Listed
@@ -38,6 +38,21 @@ def printed(value, **options) -> str:
     for item in result_text(value, **options):
         console.print(item, soft_wrap=isinstance(item, Text))
     return file.getvalue()
+
+
+def test_each_command_of_an_operator_is_told_and_what_it_writes():
+    """Also where the same came before; an operator that stays away is not told."""
+
+    operator = {"enter": "operator.enter(m)", "state": "operator.state(m)", "value": "operator.value(x)"}
+    given = (
+        {"enter": "true", "state": "A"},
+        {"enter": "false"},
+        {"enter": "true", "state": "A", "value": "false"},
+    )
+    read = [tuple(Sampled(operator[kind], "", 0, text) for kind, text in each.items()) for each in given]
+    trace = Trace((), (), (), tuple(step(sampled=choices) for choices in read), None)
+    told = [row.inputs for row in rows(trace, fold=False)][1:]
+    assert told == ["operator.enter(m) = true, operator.state(m) = A", "", told[0] + ", operator.value(x) = false"]
 
 
 def test_a_line_for_each_property_and_one_for_faults():

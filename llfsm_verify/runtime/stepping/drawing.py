@@ -59,7 +59,7 @@ class Drawing:
 
     def of(self, choice: Choice) -> tuple[Piece, ...]:
         """The pieces from which a choice is drawn; none: each of its values is as likely."""
-        if choice.source in self.pieces or self.hold is None or not is_command(choice):
+        if choice.source in self.pieces or self.hold is None or not is_command(choice.name):
             return self.pieces.get(choice.source, ())
         return _pieces(choice, {1: self.change(1)})
 

@@ -307,8 +307,8 @@ def operated(choices: Mapping[str, tuple[int, Choice]], kind: str, target: str, 
     none), and the number of this value. Refused: `operators:` does not declare it, or there is no such value.
     """
     name = f"{OPERATOR}{kind}({target})"
-    if name not in choices or not is_command(choices[name][1]):
-        offered = [n.removeprefix(OPERATOR) for n, (_, choice) in choices.items() if is_command(choice)]
+    if name not in choices or not is_command(name):
+        offered = [n.removeprefix(OPERATOR) for n in choices if is_command(n)]
         raise Refused(
             f"`operators:` does not declare {kind[:20]} of `{target[:60]}`, only {', '.join(offered) or 'nothing'}"
         )

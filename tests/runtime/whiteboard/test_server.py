@@ -384,6 +384,31 @@ def test_operators_command_in_their_order() -> None:
                 board.command(*given)
 
 
+@pytest.mark.slow
+def test_operators_let_a_machine_enter_a_state() -> None:
+    """From any state to any other, for those with the clearance, and everything else is refused."""
+    operated = {**OPERATED, "operators": {"enter": ["a", "b"], "suspend": ["a"]}}
+    refused: list[str] = []
+    users = {"levels": ["low", "high"], "command": {"b": "high"}, "users": {"nobody": "high"}}
+    with served(build_arrangement({**operated, "access": users}), refused=refused), Whiteboard("board") as board:
+        frames = []
+        for state in ("WAITS", "S", "S", "WAITS", "WAITS", "S"):
+            frames.append(board.command("enter", "a", state))
+            assert board.state_of("a") == state
+        board.command("suspend", "a")
+        board.command("enter", "a", "S")
+        assert board.state_of("a") == "S" and board.state_of("b") == "S"
+        assert frames == sorted(set(frames))
+        for given, why in (
+            (("enter", "a", "SS"), "a: `SS` is not one of S, WAITS$"), (("enter", "a"), "a: a value is a word"),
+            (("enter", "b", "S"), r"\(low\) may not enter `b`: that needs `high`"), (("enter", "c", "S"), "declare"),
+            (("state", "a", "S"), r"does not declare state of `a`, only enter\(a\), enter\(b\), suspend\(a\)"),
+            (("suspend", "a", "S"), "suspend has no value"),
+        ):  # fmt: skip
+            with pytest.raises(PostRefused, match=why):
+                board.command(*given)
+
+
 class Raw:
     """A client that says what it likes."""
 
