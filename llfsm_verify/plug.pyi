@@ -25,6 +25,8 @@ from llfsm_verify.arrangement.formats.data import draft_data
 from llfsm_verify.arrangement.formats.reading import MACHINES, Reading, opened
 from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, NewState, Uneditable, Writer
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.plants import PLANTS, Plant, UsedPlant
+from llfsm_verify.arrangement.plants import Site as PlantSite
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.automaton import Edge as AutomatonEdge
 from llfsm_verify.automata.ltl.translate import translate
@@ -236,6 +238,7 @@ __all__ = [
     "NUMBER",
     "OPERATOR",
     "PIPE_WIDTH",
+    "PLANTS",
     "PORTS",
     "PROGRAM_ENDED",
     "RECORDING_HEAD",
@@ -335,6 +338,8 @@ __all__ = [
     "Output",
     "Package",
     "ParameterDraft",
+    "Plant",
+    "PlantSite",
     "Port",
     "PortKind",
     "PrefixMonitor",
@@ -389,6 +394,7 @@ __all__ = [
     "Unreadable",
     "Unregistered",
     "UsageError",
+    "UsedPlant",
     "Value",
     "Values",
     "Var",

@@ -22,7 +22,7 @@ from typing import Literal
 
 from llfsm_verify.arrangement.model import ActionKind
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
-from llfsm_verify.yaml.nodes import Node, Scalar
+from llfsm_verify.yaml.nodes import Mapping, Node, Scalar
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,6 +138,15 @@ class InstanceDraft:
 
 
 @dataclass(frozen=True, slots=True)
+class PlantDraft:
+    """A model of the surroundings that is there already."""
+
+    name: Scalar
+    keys: Mapping
+    """`use`, its name, and what it asks for."""
+
+
+@dataclass(frozen=True, slots=True)
 class ProcessDraft:
     """Machines that take turns."""
 
@@ -170,7 +179,7 @@ class ArrangementDraft:
     finished: Node | None = None
     fairness: Node | None = None
     lint: Lint | None = None
-    plants: tuple[InstanceDraft, ...] = ()
+    plants: tuple[InstanceDraft | PlantDraft, ...] = ()
     """The models of the surroundings, in the order of their ringlets."""
     access: Node | Unreadable | None = None
     """Levels, and which machine, variable, command and user has which."""
@@ -207,7 +216,7 @@ def _parts(draft: ArrangementDraft) -> Iterator[object]:
     yield from (draft.machines, draft.processes)
     yield from (variable.type for variable in draft.whiteboard)
     instances = () if isinstance(draft.machines, Unreadable) else draft.machines
-    instances = (*instances, *draft.plants)
+    instances = (*instances, *(plant for plant in draft.plants if isinstance(plant, InstanceDraft)))
     yield from (instance.machine for instance in instances)
     for machine in {id(i.machine): i.machine for i in instances if isinstance(i.machine, MachineDraft)}.values():
         yield machine.states

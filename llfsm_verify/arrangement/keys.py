@@ -10,6 +10,7 @@ from typing import get_args
 from llfsm_verify.arrangement import model
 from llfsm_verify.arrangement.codes import HINTS
 from llfsm_verify.arrangement.model import ACTION_KINDS, PROFILES, OperatorKind
+from llfsm_verify.arrangement.plants import ACTION_KEYS, SERVICE_KEYS
 from llfsm_verify.arrangement.suppressions import CODES, KEY
 from llfsm_verify.yaml.fields import VERSION
 from llfsm_verify.yaml.tables import (
@@ -185,6 +186,11 @@ ENVIRONMENT = Table(
     ),
     one=("file", "inline"),
 )
+USED = Table(
+    "a plant that is there already, and what it needs",
+    (Field("use", "which one", Single(("string",)), required=True),),
+    variants={"service": SERVICE_KEYS, "action": ACTION_KEYS},
+)
 INSTANCE = Table(
     "a machine instance",
     (
@@ -297,7 +303,7 @@ ARRANGEMENT = Table(
         Field(
             "environment",
             f"{ENVIRONMENT.about}; or several, by their names",
-            Either((ENVIRONMENT, ByName(ENVIRONMENT, NAME))),
+            Either((ENVIRONMENT, ByName(Either((ENVIRONMENT, USED)), NAME))),
             called="plant surroundings",
         ),
         Field("schedule", "all machines in the order of their turns", _NAMES, called="order sequence"),

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Literal
 
+from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.language.scope import Table
 from llfsm_verify.language.trees import of_kind
@@ -136,6 +137,8 @@ class Machine:
     """A state of another machine runs it."""
     on_fault: OnFault = "end"
     """What a fault in its ringlet does: it ends the run, or unloads the machine."""
+    request: Request | None = None
+    """Of a plant that is the other side of one: what a port needs to know of it."""
 
     @property
     def actions(self) -> tuple[tuple[Statement, ...], ...]:

@@ -12,8 +12,8 @@ from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.limits import parse_size
 from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.registry import Unregistered
-from llfsm_verify.runtime.stepping.duration import duration_ms, excess
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
+from llfsm_verify.yaml.duration import duration_ms, excess
 
 if TYPE_CHECKING:
     from argparse import _ActionsContainer

@@ -112,6 +112,17 @@ def PLANT(text: str) -> str:  # noqa: N802
     )
 
 
+def REQUEST(keys: str, timing: str = "cycle_ms: 100") -> str:  # noqa: N802
+    """An arrangement with a plant that is there already, `keys` being what it is given."""
+    return (
+        f"{timing}\ntypes: {{S: [IDLE, WAITING, DONE, FAILED, TIMED_OUT], T: [IDLE, WAITING, DONE]}}\n"
+        "whiteboard: {ask: {type: bool, role: output}, many: {type: 0..3}, state: {type: S, role: input}, "
+        "short: {type: T, role: input}, n: {type: 0..3, role: input}}\n"
+        f"environment: {{locate: {{{keys}}}}}\n"
+        "machines: {m: {inline: {machine: M, states: [{name: A}]}}}\nschedule: [m]\n"
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class Case:
     reason: str
@@ -265,6 +276,31 @@ CASES: tuple[Case, ...] = (
         "a plant with the name of a machine",
         TOP("environment: {m: {inline: {machine: P, states: [{name: A}]}}}").replace("machines: {m", "machines: {§m"),
         "E118",
+    ),
+    Case("a plant of another name", REQUEST("use: §servce, ask: ask, state: state"), "E533"),
+    Case("a plant without a name", TOP("§environment: {use: service, ask: ask, state: state}"), "E533"),
+    Case("a request without its state", REQUEST("use: service, ask: ask").replace("{use", "§{use"), "E034"),
+    Case("a request with a key of another", REQUEST("use: service, ask: ask, state: state, §feedback: [n]"), "E033"),
+    Case("a request by an input", REQUEST("use: service, ask: §n, state: state"), "E534"),
+    Case("a request by a number", REQUEST("use: service, ask: §many, state: state"), "E534"),
+    Case("a request whose state is an output", REQUEST("use: service, ask: ask, state: §ask"), "E534"),
+    Case("a request whose state is a number", REQUEST("use: service, ask: ask, state: §n"), "E534"),
+    Case("a request whose answer is nowhere", REQUEST("use: service, ask: ask, state: state, answers: [§m]"), "E534"),
+    Case(
+        "a request whose answer is its state",
+        REQUEST("use: service, ask: ask, state: §state, answers: [state]"),
+        "E534",
+    ),
+    Case("a type without states", REQUEST("use: service, ask: ask, state: §short, values: {FAILED: DONE}"), "E534"),
+    Case("an action with states of a service", REQUEST("use: action, ask: ask, state: §state"), "E534"),
+    Case(
+        "an end that stands for none", REQUEST("use: service, ask: ask, state: short, values: {FAILED: §IDLE}"), "E534"
+    ),
+    Case("a time-out that is no time", REQUEST("use: service, ask: ask, state: state, timeout: §soon"), "E535"),
+    Case(
+        "a time-out without cycles",
+        REQUEST("use: service, ask: ask, state: state, timeout: §2s", "timing: untimed"),
+        "E535",
     ),
     Case("surroundings as a name alone", TOP("environment: §railway.yaml"), "E030"),
     Case(

@@ -20,6 +20,7 @@ from llfsm_verify.arrangement.draft import (
     Lint,
     MachineDraft,
     ParameterDraft,
+    PlantDraft,
     ProcessDraft,
     StateDraft,
     TransitionDraft,
@@ -128,19 +129,28 @@ def _instances(reading: Reading, node: Node | None, top: Span) -> tuple[Instance
     return tuple(_instance(reading, key, value) for key, value in _entries(reading, node, "`machines`"))
 
 
-_OF_ONE = frozenset((*ENVIRONMENT.keys, *MACHINE.required))
+_OF_ONE = frozenset(("use", *ENVIRONMENT.keys, *MACHINE.required))
 
 
-def _plants(reading: Reading, root: Node, node: Node | None) -> tuple[InstanceDraft, ...]:
+def _plants(reading: Reading, root: Node, node: Node | None) -> tuple[InstanceDraft | PlantDraft, ...]:
     """The models of the surroundings, under their key in the mapping `root`: one, or several by their names."""
     if node is None or not isinstance(root, Mapping):
         return ()
     key = next(k for k, value in root.items if value is node)
     items = node.items if isinstance(node, Mapping) else ()
     if not items or any(name.text in _OF_ONE or not isinstance(value, Mapping) for name, value in items):
+        if any(name.text == "use" for name, _ in items):
+            reading.error("E533", "the plant has no name", key.span, "write `environment: {NAME: {use: …}}`")
+            return (InstanceDraft(key, UNREADABLE),)
         draft = _instance(reading, key, node, "the `environment`", ENVIRONMENT)
         return (replace(draft, name=implied(model.ENVIRONMENT, key.span)),)
-    return tuple(_instance(reading, name, value, f"plant `{name.text[:60]}`", ENVIRONMENT) for name, value in items)
+    return tuple(_plant(reading, name, value) for name, value in items)
+
+
+def _plant(reading: Reading, key: Scalar, node: Node) -> InstanceDraft | PlantDraft:
+    if isinstance(node, Mapping) and any(name.text == "use" for name, _ in node.items):
+        return PlantDraft(key, node)
+    return _instance(reading, key, node, f"plant `{key.text[:60]}`", ENVIRONMENT)
 
 
 def _access(reading: Reading, node: Node | None) -> Node | Unreadable | None:

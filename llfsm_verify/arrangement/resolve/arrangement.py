@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
+from fractions import Fraction
 from functools import partial
 from typing import cast, get_args
 
@@ -13,6 +14,7 @@ from llfsm_verify.arrangement.draft import (
     Draft,
     InstanceDraft,
     MachineDraft,
+    PlantDraft,
     Unreadable,
     has_unreadable,
 )
@@ -34,6 +36,7 @@ from llfsm_verify.arrangement.model import (
     Suppression,
     WhiteboardVariable,
 )
+from llfsm_verify.arrangement.plants import use_plant
 from llfsm_verify.arrangement.resolve.access import check_access, check_replaceable, resolve_access, resolve_operators
 from llfsm_verify.arrangement.resolve.constant_comparisons import constant_comparisons
 from llfsm_verify.arrangement.resolve.initial import resolve_tables
@@ -134,6 +137,8 @@ def _ordered(diagnostics: list[Diagnostic], sources: list[str]) -> list[Diagnost
 class _Resolver:
     """The passes over a draft, in their order; each says what is wrong, and the next ones go on without that part."""
 
+    timing: tuple[bool, Fraction | None]
+    """Whether cycles have a length, and theirs in milliseconds."""
     types: TypeTable
     world: Scope
     whiteboard: tuple[WhiteboardVariable, ...]
@@ -160,13 +165,14 @@ class _Resolver:
 
     def resolve(self, path: str, digest: str) -> Arrangement:
         name = self._name()
+        self.timing = resolve_timing(self.report, self.draft.timing, self.draft.cycle_ms)
         self._declare()
         self._read_machines()
         self._check_names()
         self._schedule()
         self._check_machines()
         self._operate()
-        timed, period = resolve_timing(self.report, self.draft.timing, self.draft.cycle_ms)
+        timed, period = self.timing
         check_time(self.report, [root for c in self.checkers.values() for root in c.timed], timed, period)
         self._warn_unused()
         self.report.diagnostics += constant_comparisons((*self.machines, *self.surroundings))
@@ -319,7 +325,9 @@ class _Resolver:
 
     # ------------------------------------------------------------ machines
 
-    def _instances(self, drafts: Iterable[InstanceDraft], *, surroundings: bool = False) -> dict[str, InstanceText]:
+    def _instances(
+        self, drafts: Iterable[InstanceDraft | PlantDraft], *, surroundings: bool = False
+    ) -> dict[str, InstanceText]:
         drafts = tuple(drafts)
         self.report.distinct(draft.name for draft in drafts)
         found: dict[str, InstanceText] = {}
@@ -331,7 +339,21 @@ class _Resolver:
                 found[instance.name] = instance
         return found
 
-    def _instance(self, draft: InstanceDraft, *, surroundings: bool = False) -> InstanceText | None:
+    def _used(self, draft: PlantDraft) -> InstanceText | None:
+        """A plant that is there already. Where its name is also that of a slot, its machine has another one."""
+        name = self.report.name(draft.name, "the name of a plant")
+        taken = {*self.world.enumerators, *self.types.types, *self.instances}
+        used = use_plant(self.report, draft, self.whiteboard, taken, self.timing[1])
+        text = None if used is None else self._machine(used.machine)
+        if name is None or used is None or text is None:
+            return None
+        if any(entry.variable.name == name for entry in self.whiteboard):
+            name = f"{name}_plant"
+        return InstanceText(name, text, {}, False, draft.name.span, surroundings=True, request=used.request)
+
+    def _instance(self, draft: InstanceDraft | PlantDraft, *, surroundings: bool = False) -> InstanceText | None:
+        if isinstance(draft, PlantDraft):
+            return self._used(draft)
         name = self.report.name(draft.name, "the name of a machine")
         text = None if isinstance(draft.machine, Unreadable) else self._machine(draft.machine)
         suspended = self.report.choice(draft.suspended, "`suspended`", TRUTHS, "false") == "true"

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from llfsm_verify.arrangement.model import Machine, OnFault, State, Transition
+from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.arrangement.resolve.initial import read_constant, read_value
 from llfsm_verify.arrangement.resolve.machine import MachineText, ParameterText, StateText, VariableText
 from llfsm_verify.arrangement.resolve.nesting import resolve_runs
@@ -32,6 +33,8 @@ class InstanceText:
     surroundings: bool = False
     """It is the model of the surroundings."""
     on_fault: OnFault = "end"
+    request: Request | None = None
+    """Of a plant."""
 
     def signature(self) -> MachineSignature:
         return MachineSignature(self.name, tuple(s.name for s in self.text.states), self.text.suspend)
@@ -68,6 +71,7 @@ class InstanceChecker:
         return Machine(
             prefix, text.kind, machine_variables, states, text.initial, text.suspend, self.instance.suspended,
             self.instance.span, self.instance.model, on_fault=self.instance.on_fault,
+            request=self.instance.request,
         )  # fmt: skip
 
     def _scope(self, variables: Mapping[str, Variable]) -> Scope:

@@ -14,9 +14,9 @@ from llfsm_verify.program.program import Choice
 from llfsm_verify.runtime.live.slots import Slot
 from llfsm_verify.runtime.ports import SHARED, UNKNOWN
 from llfsm_verify.runtime.ports.port import ON_FAILURE, PORTS, Kind, OnFailure, PortSpec
-from llfsm_verify.runtime.stepping.duration import duration_ms
 from llfsm_verify.values import ValueProblem, choice_value
 from llfsm_verify.yaml.compose import compose
+from llfsm_verify.yaml.duration import duration_ms
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Mapping as MappingNode
 from llfsm_verify.yaml.nodes import Node, Scalar, mark

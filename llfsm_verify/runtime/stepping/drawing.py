@@ -13,9 +13,9 @@ from llfsm_verify.program.dependence import blocks
 from llfsm_verify.program.program import Choice, Int, Program, Set
 from llfsm_verify.program.trees import statements
 from llfsm_verify.registry import meant
-from llfsm_verify.runtime.stepping.duration import duration_ms, excess
 from llfsm_verify.semantics.operators import OPERATOR, is_command
 from llfsm_verify.values import ValueProblem, choice_value
+from llfsm_verify.yaml.duration import duration_ms, excess
 
 FEWEST = 5
 """Cycles of a stretch by default, at least."""

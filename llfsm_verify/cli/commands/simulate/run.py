@@ -28,10 +28,10 @@ from llfsm_verify.report.formats import REPORTS, Style
 from llfsm_verify.report.simulation import exit_code, said, summary
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.runtime.stepping.drawing import Drawing, DrawingError, drawing_of, free_inputs
-from llfsm_verify.runtime.stepping.duration import duration_ms
 from llfsm_verify.runtime.stepping.random_run import RandomRun, Script, Simulated, input_problem
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.yaml.compose import compose
+from llfsm_verify.yaml.duration import duration_ms
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, Scalar, mark
 

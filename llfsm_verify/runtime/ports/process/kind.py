@@ -9,7 +9,7 @@ from pathlib import Path
 from llfsm_verify.runtime.ports import UNKNOWN
 from llfsm_verify.runtime.ports.port import Kind, Started
 from llfsm_verify.runtime.ports.process.port import ProcessSettings
-from llfsm_verify.runtime.stepping.duration import duration_ms
+from llfsm_verify.yaml.duration import duration_ms
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, mark
 from llfsm_verify.yaml.nodes import Sequence as SequenceNode
