@@ -185,7 +185,7 @@ from llfsm_verify.runtime.ports.port import PORTS, Link, Port, Started, Unopened
 from llfsm_verify.runtime.ports.port import Kind as PortKind
 from llfsm_verify.runtime.ports.process.kind import CHILD_FIELDS, patience_of
 from llfsm_verify.runtime.ports.process.port import ProcessSettings
-from llfsm_verify.runtime.ports.requests import Request
+from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.runtime.recording.file import HEAD as RECORDING_HEAD
 from llfsm_verify.runtime.recording.file import MAGIC as RECORDING_MAGIC
 from llfsm_verify.runtime.recording.file import PAGE as RECORDING_PAGE

@@ -58,6 +58,7 @@ from llfsm_verify.verification.verify import verify
 
 if TYPE_CHECKING:
     from llfsm_verify.api.running import LiveRun
+    from llfsm_verify.runtime.ports.port import PortSpec
     from llfsm_verify.runtime.swapping.settings import Processes
     from llfsm_verify.runtime.whiteboard.client import Whiteboard
 
@@ -287,6 +288,7 @@ class Model:
         priority: int | None = None,
         stop_on: Sequence[Literal["overrun", "violation"]] = (),
         processes: Processes = "thread",
+        ports: str | Path | Sequence[PortSpec] = (),
     ) -> LiveRun:
         """Let the arrangement run in the machine code that was verified, and monitor `properties` meanwhile.
 
@@ -294,8 +296,8 @@ class Model:
         many `cycles`, by itself, by `LiveRun.stop`, or where it is to `stop_on` something. `inputs` hold values; with
         `simulate`, the model of the surroundings also runs, and other inputs are drawn from `seed` as `Model.simulate`
         draws them, with `hold` and `draw`. Others read and post on the `whiteboard` of that name (`Whiteboard`), and
-        `record` names a new file for a recording. The loop is on a thread without the interpreter's lock; `processes`
-        other than ``"thread"`` forks it, as `llfsm run` does.
+        `record` names a new file for a recording. `ports` is a file of ports, or has them. The loop is on a thread
+        without the interpreter's lock; `processes` other than ``"thread"`` forks it, as `llfsm run` does.
 
         DiagnosticError: it cannot run, a property is wrong, or the recording cannot be written. ValueError: an option
         wants another value. WhiteboardError: the whiteboard cannot be served.
@@ -322,7 +324,7 @@ class Model:
             stops_on_violation="violation" in stop_on, record=record, whiteboard=whiteboard, priority=priority,
             processes=processes,
         )  # fmt: skip
-        return start(self.wrapped, settings, cycles)
+        return start(self.wrapped, settings, cycles, ports)
 
     def start(self, seed: int | None = None, *, hold: str | None = None, draw: Draw | None = None) -> Simulation:
         """A simulation to step through, by ringlets, cycles or millions of ringlets; see `Simulation`.

@@ -11,6 +11,7 @@ from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from typing import Self
@@ -22,9 +23,11 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.replacing import Change, NewPolicy, Replacement
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.runtime.launch import Launch, launched
+from llfsm_verify.runtime.launch import Launch, declared_ports, fed_by, following, launched, opened_early, serving
+from llfsm_verify.runtime.live.pace import Pace
 from llfsm_verify.runtime.live.run import RunReport
 from llfsm_verify.runtime.live.slots import slots_of
+from llfsm_verify.runtime.ports.port import PortSpec
 from llfsm_verify.runtime.swapping.settings import RunSettings
 from llfsm_verify.runtime.whiteboard.client import Replaced, WhiteboardError
 from llfsm_verify.runtime.whiteboard.places import NoPlace
@@ -45,11 +48,13 @@ class LiveRun:
     leaving the context does nothing, and all else raises RuntimeError. `wrapped` is private.
     """
 
-    def __init__(self, ready: Launch) -> None:
+    def __init__(self, ready: Launch, left: ExitStack, said: list[str]) -> None:
         self._pid = os.getpid()
         self.unmonitored: Mapping[str, str] = ready.plan.unmonitored
         """Properties that no finite part of a run decides, and why."""
-        self._left = ExitStack()
+        self._left = left
+        self.said: Sequence[str] = said
+        """What went wrong at ports, each kind of it once."""
         self._thread = threading.Thread(target=self._serve, name="llfsm-serve", daemon=True)
         self._lock = threading.RLock()
         """Of all that others see, which another run may take over."""
@@ -62,6 +67,7 @@ class LiveRun:
             except (NameTaken, NoPlace) as problem:
                 raise WhiteboardError(str(problem)) from None
             self.wrapped, self._shared = self._launched.run, self._launched.shared
+            self._ports = self._left.enter_context(serving(ready, self._launched, said.append))
             self._begin()
         except BaseException:
             if self._thread.ident is None:
@@ -103,12 +109,12 @@ class LiveRun:
             raise RuntimeError(f"the run belongs to process {self._pid}, of which this one is a child")
 
     def _serve(self) -> None:
-        served = self._launched.attendants
+        served = [*([] if self._ports is None else [self._ports]), *self._launched.attendants]
         poll = select.poll()
         for one in (self.wrapped, *served):
             poll.register(one.fileno(), select.POLLIN)
         try:
-            self._launched.start(self._follow)
+            self._launched.start(self._follow, *([] if self._ports is None else [following(self._ports)]))
             while True:
                 with self._lock:
                     if self.wrapped.wait(0):
@@ -118,6 +124,8 @@ class LiveRun:
                         one.serve(0)
                 poll.poll(1000 * min([PATIENCE, *(one.patience for one in served)]))
             self._report = self.wrapped.report
+            if self._ports is not None:
+                self._ports.finish(self._report.ending)
         except BaseException as error:  # noqa: BLE001 - raised where the caller waits
             self._failure = error
         finally:
@@ -283,7 +291,9 @@ def _json(value: Value) -> Json:
     return value if isinstance(value, bool | int | str) else text(value)
 
 
-def start(given: Arrangement, settings: RunSettings, cycles: int | None) -> LiveRun:
+def start(
+    given: Arrangement, settings: RunSettings, cycles: int | None, ports: str | Path | Sequence[PortSpec] = ()
+) -> LiveRun:
     """`Model.run`, its options checked one by one. ValueError: some do not go together."""
     if (settings.hold is not None or settings.draw) and not settings.simulated:
         raise ValueError("`hold` and `draw` say how `simulate` draws inputs")
@@ -295,8 +305,18 @@ def start(given: Arrangement, settings: RunSettings, cycles: int | None) -> Live
         seed = random.SystemRandom().randrange(1 << 32) if settings.seed is None else settings.seed
     settings = replace(settings, seed=seed, sources=() if draft is None else draft.sources, digest=given.digest)
     how = settings.plan(given)
-    loop = settings.first(how, how.code(), rounds=-1 if cycles is None else cycles)
-    return LiveRun(Launch(draft, settings, how, loop))
+    code, rounds, said = how.code(), -1 if cycles is None else cycles, list[str]()
+    specs = declared_ports(str(ports), given, code) if isinstance(ports, str | Path) else tuple(ports)
+    twice = sorted(fed_by(specs) & settings.held.keys())
+    if twice:
+        raise ValueError(f"`{twice[0]}` is held by `inputs`, and a port feeds it")
+    settings = replace(settings, fed=fed_by(specs))
+    if any(spec.paces for spec in specs):
+        settings, rounds = replace(settings, rate=Fraction(0), pace=Pace(rounds)), 0
+    with ExitStack() as left:
+        early = left.enter_context(opened_early(specs, how, code, said.append))
+        loop = settings.first(how, code, rounds=rounds, free=early.free)
+        return LiveRun(Launch(draft, settings, how, loop, specs, early), left.pop_all(), said)
 
 
 def _draft_of(given: Arrangement, settings: RunSettings) -> Draft | None:

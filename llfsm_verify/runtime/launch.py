@@ -4,16 +4,23 @@ A supervisor serves while the loop runs."""
 from __future__ import annotations
 
 import select
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Protocol
 
 from llfsm_verify.arrangement.draft import Draft
+from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.replacing import Change
-from llfsm_verify.runtime.live.loop import Loop
+from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.plan import Plan
 from llfsm_verify.runtime.live.run import Running
+from llfsm_verify.runtime.live.slots import inputs_of, slots_of
+from llfsm_verify.runtime.ports.file import read_ports
+from llfsm_verify.runtime.ports.port import PortSpec, Unopened
+from llfsm_verify.runtime.ports.ports import Ports, RunLink, opened, unopened
+from llfsm_verify.runtime.stepping.drawing import free_inputs
 from llfsm_verify.runtime.swapping.hot_swap import Answer, Follow, SwappableRun
 from llfsm_verify.runtime.swapping.settings import RunSettings
 from llfsm_verify.runtime.whiteboard.audit import AuditLog
@@ -52,6 +59,14 @@ def serve(running: Running | SwappableRun, attendants: Sequence[Attendant]) -> N
 
 
 @dataclass(frozen=True, slots=True)
+class Early:
+    """The ports that are open before the run, and the values that inputs without a change get from them."""
+
+    links: Mapping[str, RunLink] = field(default_factory=dict)
+    free: Mapping[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
 class Launch:
     """An arrangement that is ready to run: what was read of it (None: it is not from files), how it runs, and its loop
     at the beginning."""
@@ -60,6 +75,8 @@ class Launch:
     settings: RunSettings
     plan: Plan
     loop: Loop
+    ports: tuple[PortSpec, ...] = ()
+    early: Early = Early()
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,3 +131,72 @@ def launched(
         if server is not None:
             server.takes(run)
         yield Launched(run, shared, server, permissions)
+
+
+# ---------------- ports
+
+
+def declared_ports(path: str, arrangement: Arrangement, code: LiveCode) -> tuple[PortSpec, ...]:
+    """The ports in a file. DiagnosticError: see `read_ports`."""
+    plants = getattr(arrangement, "plants", ())
+    requests = {of.name: of for plant in plants if (of := plant.request) is not None}
+    return read_ports(path, inputs_of(code.program), slots_of(code), requests, free_inputs(code.program))
+
+
+def fed_by(specs: Sequence[PortSpec]) -> frozenset[str]:
+    """The inputs that ports feed."""
+    return frozenset(name for spec in specs for name in spec.fed)
+
+
+@contextmanager
+def opened_early(specs: Sequence[PortSpec], plan: Plan, code: LiveCode, say: Callable[[str], None]) -> Iterator[Early]:
+    """Open those ports that give values before the run, until the end. DiagnosticError (E495): they cannot be opened,
+    or give none."""
+    links: dict[str, RunLink] = {}
+    free: dict[str, int] = {}
+    slots = {slot.name: slot for slot in slots_of(code)}
+    try:
+        for spec in specs:
+            if spec.never:
+                links[spec.name] = link = opened(spec, slots, float(plan.cycle), say)
+                try:
+                    free |= link.parameters()
+                except Unopened as problem:
+                    raise unopened(spec, problem) from None
+        yield Early(links, free)
+    finally:
+        for link in links.values():
+            if link.port is not None:
+                link.port.close()
+
+
+def following(ports: Ports) -> Follow:
+    """What lets ports serve another run."""
+    return lambda shared: ports.follow(shared.posts, shared.segment.newest, slots_of(shared.loop.code))
+
+
+@contextmanager
+def serving(ready: Launch, done: Launched, say: Callable[[str], None]) -> Iterator[Ports | None]:
+    """The ports of a run, none where none is declared. They are opened when the processes of the run have been forked,
+    so that these inherit none of their descriptors, but for those that must be open before.
+
+    DiagnosticError: one cannot be opened (E495); the recording, in which nothing is yet, is removed.
+    """
+    if not ready.ports:
+        yield None
+        return
+    shared, settings = done.shared, ready.settings
+    try:
+        ports = Ports(
+            ready.ports, shared.posts, shared.segment.newest, slots_of(shared.loop.code),
+            period=shared.segment.period / 1e9, stop=done.run.stop, say=say, pace=settings.pace,
+            cycle_ms=float(ready.plan.cycle), early=ready.early.links,
+        )  # fmt: skip
+    except BaseException:
+        if settings.record is not None:
+            Path(settings.record).unlink(missing_ok=True)
+        raise
+    try:
+        yield ports
+    finally:
+        ports.finish("died")  # where nothing better was said before

@@ -233,6 +233,21 @@ PROVOKED: dict[str, Provoked] = {
         ("llfsm run a.yaml --ports a.ports.yaml",),
         {**LAMP, "a.ports.yaml": "ports: {lamp: {kind: stream, write: no/such/pipe, outputs: [m]}}\n"},
     ),
+    "E526": Provoked(
+        ("llfsm run a.yaml --ports a.ports.yaml",),
+        {
+            **does("ask = true;", "ask: {type: bool}, heard: {type: bool, role: input}"),
+            "a.ports.yaml": "ports: {robot: {kind: process, run: robot, requests: "
+            "{locate: {kind: service, ask: ask, state: heard}}}}\n",
+        },
+    ),
+    "E527": Provoked(
+        ("llfsm run a.yaml --ports a.ports.yaml",),
+        {
+            **does("go = gain > 1;", "go: {type: bool}, gain: {type: 0..3, role: input, changes: never}"),
+            "a.ports.yaml": "ports: {knob: {kind: stream, read: knob, inputs: [gain], on_failure: stale}}\n",
+        },
+    ),
     "E496": _logged("  stop: {column: button}\n"),
     "E497": _logged("  go: {column: button, values: {yes: true, no: false}}\n"),
     "E498": _logged("", "m.ran"),

@@ -87,7 +87,7 @@ class SerialLine:
             Field("format", "how messages are written", Words(tuple(FORMATS))),
         ),
     )
-    keys, required = table.keys, table.required
+    keys, required, paths = table.keys, table.required, True
 
     def settings(self, report: Report, found: Mapping[str, Node], what: str, folder: str) -> Started | None:
         """See `Kind`."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.runtime.ports.requests import IDLE, STATES, UNDER_WAY, Request
+from llfsm_verify.arrangement.requests import IDLE, STATES, UNDER_WAY, Request
 
 FAILURES = {"service": "FAILED", "action": "LOST"}
 TIMEOUTS = {"service": "TIMED_OUT", "action": "LOST"}

@@ -14,7 +14,7 @@ from llfsm_verify.diagnostics import Span
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.registry import Entry, Registry
 from llfsm_verify.runtime.ports import UNKNOWN
-from llfsm_verify.runtime.ports.requests import Request
+from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.values import Shown
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, mark
@@ -166,7 +166,7 @@ class PortSpec:
     @property
     def fed(self) -> frozenset[str]:
         """All inputs to which it gives values."""
-        asked = (name for request in self.requests for name in request.fed)
+        asked = (name for r in self.requests for name in (r.state, *r.answers, *r.feedback))
         return frozenset((*self.inputs, *asked))
 
 
@@ -189,6 +189,8 @@ class Kind(Protocol):
     keys: tuple[str, ...]
     """Of its settings, beside those that every port has."""
     required: tuple[str, ...]
+    paths: bool = False
+    """Whether dots in fields lead into messages, as in lines of JSON."""
     requests: Table | None = None
     """What each of its `requests` has beside what all have, such as the name of a service; the child is told it. None:
     its ports are no `AskingPort`, so it has no requests, and reads no values before the run."""

@@ -23,7 +23,7 @@ from llfsm_verify.runtime.ports import UNOPENED
 from llfsm_verify.runtime.ports.handshake import Handshake
 from llfsm_verify.runtime.ports.line_port import inner
 from llfsm_verify.runtime.ports.port import AskingPort, Port, PortSpec, Unopened
-from llfsm_verify.runtime.ports.requests import Request
+from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.runtime.whiteboard.posts import Posts, Refused
 from llfsm_verify.values import Shown, ValueProblem, choice_value, number_of, shown, text
 
@@ -56,7 +56,7 @@ class RunLink:
     """
 
     def __init__(
-        self, spec: PortSpec, slots: Mapping[str, Slot], period: float, say: Callable[[str], None],
+        self, spec: PortSpec, slots: Mapping[str, Slot], cycle_ms: float, say: Callable[[str], None],
         clock: Callable[[], float],
     ) -> None:  # fmt: skip
         self.spec = spec
@@ -70,7 +70,7 @@ class RunLink:
         self.over = False
         """Whether the run has ended, so that nothing fails any more."""
         self.port: Port | None = None
-        self._slots, self._period = slots, period
+        self._slots, self._cycle_ms = slots, cycle_ms
         self._posts: Posts | None = None
         self._early: dict[str, Json] = {}
         self._first_cycle: tuple[int, Mapping[str, Json]] | None = None
@@ -103,7 +103,7 @@ class RunLink:
             for r in self.spec.requests
         }  # fmt: skip
         return {
-            "hello": 1, "port": self.name, "cycle_ms": 1000 * self._period, "inputs": types(self.spec.inputs),
+            "hello": 1, "port": self.name, "cycle_ms": self._cycle_ms, "inputs": types(self.spec.inputs),
             "outputs": types(self.spec.outputs), "requests": requests, "told": dict(told),
         }  # fmt: skip
 
@@ -231,7 +231,6 @@ class RunLink:
 
     def see(self, frame: Sequence[int]) -> None:
         """A frame has come, the newest."""
-        self.latest = frame[CYCLE]
         now = self._clock()
         for handshake in self.handshakes:
             request = handshake.request
@@ -398,11 +397,11 @@ Newest = Callable[[], Sequence[int] | None]
 
 
 def opened(
-    spec: PortSpec, slots: Mapping[str, Slot], period: float, say: Callable[[str], None] = lambda _: None,
+    spec: PortSpec, slots: Mapping[str, Slot], cycle_ms: float, say: Callable[[str], None] = lambda _: None,
     clock: Callable[[], float] = time.monotonic,
 ) -> RunLink:  # fmt: skip
     """An open port, before there is a run that it could serve. DiagnosticError (E495): it cannot be opened."""
-    link = RunLink(spec, slots, period, say, clock)
+    link = RunLink(spec, slots, cycle_ms, say, clock)
     try:
         link.port = spec.start(link)
         return link
@@ -444,6 +443,7 @@ class Ports:
         say: Callable[[str], None] = lambda _: None,
         clock: Callable[[], float] = time.monotonic,
         pace: Pace | None = None,
+        cycle_ms: float | None = None,
         early: Mapping[str, RunLink] = MappingProxyType({}),
     ) -> None:
         self._newest = newest
@@ -465,11 +465,11 @@ class Ports:
         """By the descriptors that are watched."""
         self._plain: dict[int, int] = {}
         """Those that no epoll can watch, with their events."""
-        specs = tuple(specs)
+        ms = 1000 * period if cycle_ms is None else cycle_ms
         self._open = [(link, port) for link in early.values() if (port := link.port) is not None]
         try:
             for spec in specs:
-                link = early.get(spec.name) or opened(spec, self._slots, period, say, clock)
+                link = early.get(spec.name) or opened(spec, self._slots, ms, say, clock)
                 self._links.append(link)
                 if spec.name not in early and link.port is not None:
                     self._open.append((link, link.port))
@@ -579,7 +579,7 @@ class Ports:
             if link.pace is not None:
                 due, always = ended or last, ended or link.pace.under_way
             if due:
-                link.see(frame)
+                link.latest = frame[CYCLE]
             if due and (spec.outputs or always):
                 values = {field: link.theirs(self._slots[name].value(frame)) for name, field in spec.outputs.items()}
                 if spec.when is not None:
@@ -591,7 +591,9 @@ class Ports:
                 if changed:
                     self._send(link, port, values)
                 self._sent[link.name] = values
-        self._watch()  # requests may have been written
+            if due and link.handshakes:
+                self._guard(link, port, partial(link.see, frame))
+                self._watch()  # it may ask for something now
 
     def _send(self, link: RunLink, port: Port, values: Mapping[str, Shown]) -> None:
         self._sent[link.name] = values

@@ -25,7 +25,7 @@ class Stream(Kind):
         ),
         needs={"inputs": ("read",), "read": ("inputs",), "outputs": ("write",), "write": ("outputs",)},
     )
-    keys, required = table.keys, table.required
+    keys, required, paths = table.keys, table.required, True
 
     def settings(self, report: Report, found: Mapping[str, Node], what: str, folder: str) -> Started | None:
         """See `Kind`."""

@@ -12,7 +12,7 @@ import yaml
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.registry import Entry
 from llfsm_verify.runtime.ports.callback import CallbackPort
-from llfsm_verify.runtime.ports.file import PORT, schema
+from llfsm_verify.runtime.ports.file import PORT, asked_of, schema
 from llfsm_verify.runtime.ports.port import PORTS, Link, Started
 from llfsm_verify.yaml.tables import rows
 from tests.runtime.ports.bench import bench, declared
@@ -97,7 +97,8 @@ def test_the_schema_has_every_kind_with_its_keys() -> None:
     assert [branch["if"]["properties"]["kind"]["const"] for branch in port["allOf"]] == ours
     for name, branch in zip(ours, port["allOf"], strict=True):
         kind = PORTS.load(name)
-        assert branch["then"]["propertyNames"]["enum"] == [*PORT.keys, *kind.keys]
+        asks = ["requests"] if asked_of(kind) is not None else []
+        assert branch["then"]["propertyNames"]["enum"] == [*PORT.keys, *kind.keys, *asks]
         assert {*branch["then"].get("required", ())} <= {*kind.required}
         assert all("description" in field for field in branch["then"]["properties"].values())
 

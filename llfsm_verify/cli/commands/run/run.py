@@ -9,11 +9,10 @@ import resource
 import signal
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager, nullcontext
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing, contextmanager, nullcontext
 from dataclasses import replace
 from fractions import Fraction
-from pathlib import Path
 
 from llfsm_verify.arrangement.draft import Draft
 from llfsm_verify.arrangement.granting import policy_digest
@@ -33,15 +32,23 @@ from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.report.running import port_lines, report_lines
-from llfsm_verify.runtime.launch import Launch, Launched, launched, serve
+from llfsm_verify.runtime.launch import (
+    Launch,
+    Launched,
+    declared_ports,
+    fed_by,
+    following,
+    launched,
+    opened_early,
+    serve,
+    serving,
+)
 from llfsm_verify.runtime.live import CROWDED, UNSERVED
-from llfsm_verify.runtime.live.loop import LiveCode, Prescribed
+from llfsm_verify.runtime.live.loop import Prescribed
 from llfsm_verify.runtime.live.pace import Pace
 from llfsm_verify.runtime.live.plan import script_of
 from llfsm_verify.runtime.live.run import RunReport
 from llfsm_verify.runtime.live.signals import stopping
-from llfsm_verify.runtime.live.slots import inputs_of, slots_of
-from llfsm_verify.runtime.ports.file import read_ports
 from llfsm_verify.runtime.ports.line_port import STANDARD_INPUT, STANDARD_OUTPUT
 from llfsm_verify.runtime.ports.port import PortSpec
 from llfsm_verify.runtime.ports.ports import Ports
@@ -50,7 +57,6 @@ from llfsm_verify.runtime.swapping.settings import RunSettings
 from llfsm_verify.runtime.whiteboard.audit import ENDED, AuditLog, seal_of
 from llfsm_verify.runtime.whiteboard.places import NoPlace
 from llfsm_verify.runtime.whiteboard.server import NameTaken
-from llfsm_verify.runtime.whiteboard.shared import Shared
 
 VIOLATED, UNKNOWN = 1, 4
 MOST_SAID = 300
@@ -65,13 +71,14 @@ def run(options: Namespace) -> int:
     do_more_tasks()
     _refuse_misuse(options)
     draft, given = open_draft(options.arrangement)
-    ready, specs, scripted = _ready(options, draft, given)
     with (
+        ExitStack() as left,
         unhurried_errors(),
         _enough_descriptors(),
+        nullcontext(_ready(options, draft, given, left)) as (ready, scripted),
         _audited(options.audit, draft.digest, ready.plan.arrangement) as audit,
         _launched(ready, audit, swaps=not scripted) as done,
-        opened(specs, done.shared, done.run.stop, ready.settings) as ports,
+        serving(ready, done, _say_of_port) as ports,
         stopping(done.run.stop) as suspended,
         closing(Pictures(done.shared, ready)) if options.panel else nullcontext() as pictures,
     ):
@@ -86,7 +93,7 @@ def run(options: Namespace) -> int:
         said.append(f"audit log: {options.audit}, last line {audit.last}{lost}")
     said += port_lines(ports.counts if ports is not None else {})
     try:
-        _say(said[:1] if options.quiet else said, to_errors=writes_to_output(specs))
+        _say(said[:1] if options.quiet else said, to_errors=writes_to_output(ready.ports))
     finally:
         if suspended():  # not before all is safe and said; when it goes on, there is nothing left to do
             os.kill(os.getpid(), signal.SIGSTOP)
@@ -117,10 +124,10 @@ def _refuse_misuse(options: Namespace) -> None:
         raise UsageError("--hold and --draw are for --simulate without --inputs: they say how inputs are drawn")
 
 
-def _ready(
-    options: Namespace, draft: Draft, given: Arrangement
-) -> tuple[Launch, tuple[PortSpec, ...], list[Prescribed]]:
-    """The run as the options want it, its ports, and what a trace prescribes. UsageError."""
+def _ready(options: Namespace, draft: Draft, given: Arrangement, left: ExitStack) -> tuple[Launch, list[Prescribed]]:
+    """The run as the options want it, and what a trace prescribes. Those of the ports that give values
+    before the run are open until `left` ends. UsageError.
+    """
     settings = _settings(options, draft, given)
     with wrong_usage(ValueError, "--set "):
         plan = settings.plan(given)
@@ -135,8 +142,8 @@ def _ready(
         free, script, steps = _inputs(options.inputs, given, plan.program)
         rounds = rounds if options.span is not None else steps
     code = plan.code()
-    specs = declared_ports(options.ports, code)
-    settings = replace(settings, fed=frozenset(name for spec in specs for name in spec.inputs))
+    specs = () if options.ports is None else declared_ports(options.ports, given, code)
+    settings = replace(settings, fed=fed_by(specs))
     problem = unusable(specs, settings.held, options.arrangement) or _timed(specs, options)
     if options.panel and (writes_to_output(specs) or not sys.stdout.isatty()):
         problem = "--panel needs a terminal as standard output"
@@ -144,9 +151,11 @@ def _ready(
         raise UsageError(problem)
     if any(spec.paces for spec in specs):
         settings, rounds = replace(settings, rate=Fraction(0), pace=Pace(rounds)), 0
+    early = left.enter_context(opened_early(specs, plan, code, _say_of_port))
+    free |= early.free
     with wrong_usage(ValueError), wrong_usage(DrawingError, "--"):
         loop = settings.first(plan, code, rounds=rounds, free=free, script=script)
-    return Launch(draft, settings, plan, loop), specs, script
+    return Launch(draft, settings, plan, loop, specs, early), script
 
 
 def _settings(options: Namespace, draft: Draft, given: Arrangement) -> RunSettings:
@@ -170,6 +179,10 @@ def _settings(options: Namespace, draft: Draft, given: Arrangement) -> RunSettin
         sources=draft.sources, digest=draft.digest, whiteboard=options.whiteboard, priority=options.priority,
         processes=options.processes, limits=Limits(timeout=options.load_timeout, memory=options.load_memory),
     )  # fmt: skip
+
+
+def _say_of_port(what: str) -> None:
+    print(what, file=sys.stderr, flush=True)
 
 
 def _say(lines: Sequence[str], *, to_errors: bool) -> None:
@@ -253,17 +266,10 @@ def _inputs(path: str, arrangement: Arrangement, program: Program) -> tuple[dict
 # ---------------- the ports
 
 
-def declared_ports(path: str | None, code: LiveCode) -> tuple[PortSpec, ...]:
-    """The ports in a file, if there is one. DiagnosticError: see `read_ports`."""
-    if path is None:
-        return ()
-    return read_ports(path, inputs_of(code.program), slots_of(code))
-
-
 def unusable(specs: Sequence[PortSpec], held: Mapping[str, str], arrangement: str) -> str | None:
     """What other options say that does not go with the ports; None: nothing."""
     for spec in specs:
-        twice = next((name for name in spec.inputs if name in held), None)
+        twice = next((name for name in sorted(spec.fed) if name in held), None)
         if twice is not None:
             return f"--set {twice}: port `{spec.name}` feeds it"
         if arrangement == "-" and STANDARD_INPUT in spec.holds:
@@ -281,40 +287,6 @@ def _timed(specs: Sequence[PortSpec], options: Namespace) -> str | None:
     return f"--{option} is about real time, and port `{paces}` begins each cycle (`clock: external`)"
 
 
-def following(ports: Ports) -> Callable[[Shared], None]:
-    """What lets ports serve another run."""
-    return lambda shared: ports.follow(shared.posts, shared.segment.newest, slots_of(shared.loop.code))
-
-
 def writes_to_output(specs: Sequence[PortSpec]) -> bool:
     """Whether standard output belongs to a port."""
     return any(STANDARD_OUTPUT in spec.holds for spec in specs)
-
-
-@contextmanager
-def opened(
-    specs: Sequence[PortSpec], shared: Shared, stop: Callable[[], object], settings: RunSettings
-) -> Iterator[Ports | None]:
-    """The ports of a run, none where none is declared. They are opened when the processes of the run have been forked,
-    so that these inherit none of their descriptors.
-
-    DiagnosticError: one cannot be opened (E495); the recording, in which nothing is yet, is removed.
-    """
-    if not specs:
-        yield None
-        return
-    code = shared.loop.code
-    try:
-        ports = Ports(
-            specs, shared.posts, shared.segment.newest, slots_of(code),
-            period=shared.segment.period / 1e9, stop=stop,
-            say=lambda what: print(what, file=sys.stderr, flush=True), pace=settings.pace,
-        )  # fmt: skip
-    except BaseException:
-        if settings.record is not None:
-            Path(settings.record).unlink(missing_ok=True)
-        raise
-    try:
-        yield ports
-    finally:
-        ports.finish("died")  # where nothing better was said before

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import select
 import signal
+import socket
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
@@ -290,6 +291,8 @@ class ProcessPort(AskingPort):
             return
         if not self._begun:
             self._link.sent()
+            if self._leaving is not None and not self._waiting:
+                child.socket.shutdown(socket.SHUT_WR)
 
     @property
     def flushed(self) -> bool:
