@@ -105,6 +105,7 @@ class RunLink:
         return {
             "hello": 1, "port": self.name, "cycle_ms": self._cycle_ms, "inputs": types(self.spec.inputs),
             "outputs": types(self.spec.outputs), "requests": requests, "told": dict(told),
+            **({} if not self.spec.paces else {"cycle": 0 if self.pace is None else self.pace.next}),
         }  # fmt: skip
 
     def parameters(self) -> dict[str, int]:
@@ -148,10 +149,12 @@ class RunLink:
     def cycle(self, number: int, values: Mapping[str, Json]) -> None:
         """See `Link`: the loop reads these values where it begins the cycle."""
         pace = self.pace
-        if self._posts is None:
-            self._first_cycle = number, values
-        elif pace is None:
+        if not self.spec.paces:
             self.malformed("a message begins a cycle, and the port has no `clock: external`")
+        elif (self._posts is None or pace is None) and number == 0:
+            self._first_cycle = number, values
+        elif self._posts is None or pace is None:
+            self._misplaced(f"cycle {number:,} cannot begin where cycle 0 is the next one")
         elif pace.under_way:
             self._misplaced(f"cycle {number:,} cannot begin before the frame of cycle {pace.next - 1:,} was sent")
         elif number != pace.next:

@@ -7,7 +7,10 @@ ports; `values`: by field, nested where a field has dots):
     run to child
       {"hello": 1, "port": NAME, "cycle_ms": C, "inputs": {FIELD: TYPE}, "outputs": {FIELD: TYPE},
        "requests": {NAME: REQUEST}, "told": {…}}                          the first line; `told`: by the kind of port
-      {"values": {…}, "time": T, "cycle": N}                             outputs have changed; T: monotonic seconds
+                                                                         (with `clock: external` also "cycle": N, the
+                                                                         number of the cycle that begins next, from 0)
+      {"values": {…}, "time": T, "cycle": N}                             outputs have changed, or with `clock: external`
+                                                                         cycle N has ended; T: monotonic seconds
       {"request": 17, "name": NAME, "values": {…}}                       to be answered by its number
       {"cancel": 17}                                                     its answer is not wanted any more
       {"safe": {…}}                                                      the run has ended, and these are safe values
@@ -21,7 +24,8 @@ ports; `values`: by field, nested where a field has dots):
                                                                          end of an action; without `state` DONE
       {"lost": ["FIELD", …], "why": TEXT}                                these inputs have failed; all, without names
       {"say": TEXT}                                                      is shown to the user, once for each text
-      {"cycle": N}                                                       with `clock: external`: cycle N begins now
+      {"cycle": N, "values": {…}}                                        with `clock: external`: cycle N begins now, and
+                                                                         reads these values
 
 TYPE is {"low": L, "high": H, "boolean": B, "digits": D, "labels": [NAME, …]}: a truth value, a number with D decimals
 from L to H times 10^-D, or one of the names. REQUEST is {"kind": "service" or "action", "timeout": SECONDS or null,

@@ -70,7 +70,6 @@ class ProcessPort(AskingPort):
 
     def __init__(self, link: Link, of: ProcessSettings, clock: Callable[[], float] = time.monotonic) -> None:
         self._link, self._of, self._clock = link, of, clock
-        self._first = json.dumps(link.hello(of.told)).encode() + b"\n"
         self._child: Child | None = None
         self._lines, self._greeted = LineReader(), False
         self._begun = b""
@@ -101,7 +100,7 @@ class ProcessPort(AskingPort):
         """OSError: there is no such program."""
         self._since = self._clock()
         self._lines, self._greeted, self._begun, self._deaf = LineReader(), False, b"", None
-        self._waiting = deque([self._first])
+        self._waiting = deque([json.dumps(self._link.hello(self._of.told)).encode() + b"\n"])
         self._child = Child(self._of.run, self._of.folder, self._of.environment)
 
     def _await(self) -> None:
