@@ -172,7 +172,9 @@ from llfsm_verify.runtime.debugging.commands import parse as parse_command
 from llfsm_verify.runtime.debugging.paths import DebugError
 from llfsm_verify.runtime.debugging.session import FRONT_ENDS
 from llfsm_verify.runtime.debugging.session import Session as DebugSession
-from llfsm_verify.runtime.deciding.logs.formats import LOGS, NoColumn, Row, Unreadable, Wanted, cell_text
+from llfsm_verify.runtime.deciding.logs.check import LogReading
+from llfsm_verify.runtime.deciding.logs.formats import LOGS, NoColumn, Row, Unreadable, Wanted, cell_text, cells_of
+from llfsm_verify.runtime.deciding.logs.oracles import ORACLES, Oracle
 from llfsm_verify.runtime.live.frame import COUNTED as FRAME_COUNTS
 from llfsm_verify.runtime.live.frame import HEADER as FRAME_HEADER
 from llfsm_verify.runtime.live.frame import FrameLayout
@@ -237,6 +239,7 @@ __all__ = [
     "NO_GRAPHVIZ",
     "NUMBER",
     "OPERATOR",
+    "ORACLES",
     "PIPE_WIDTH",
     "PLANTS",
     "PORTS",
@@ -321,6 +324,7 @@ __all__ = [
     "Link",
     "LintResult",
     "Local",
+    "LogReading",
     "MachineDraft",
     "Made",
     "Malformed",
@@ -335,6 +339,7 @@ __all__ = [
     "Op",
     "OpName",
     "Options",
+    "Oracle",
     "Output",
     "Package",
     "ParameterDraft",
@@ -418,6 +423,7 @@ __all__ = [
     "bad_prefixes_of",
     "branches",
     "cell_text",
+    "cells_of",
     "claim_of",
     "common_bits",
     "compose",

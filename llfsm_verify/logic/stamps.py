@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable
+from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -56,6 +57,12 @@ class Stamped:
         self.rest = rewritten(done[formula], False, _NORMAL)[done[formula], False]
         self.deadline: Fraction | None = None
         """The end of the window by which it was decided, if it was by one."""
+
+    def copied(self) -> Stamped:
+        """The same, which then reads for itself."""
+        other = copy(self)
+        other._met = {node: deque(met) for node, met in self._met.items()}
+        return other
 
     def read(self, letter: Letter, stamp: Fraction) -> bool | None:
         """The verdict after a further letter, whose stamp is not before the last one; None: not yet.

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
 
-from llfsm_verify.plug import NoColumn, Row, Unreadable, Wanted, cell_text
+from llfsm_verify.plug import NoColumn, Row, Unreadable, Wanted, cells_of
 
 TIME = "log_time"
 """A column that every message has: nanoseconds."""
@@ -78,12 +78,4 @@ def _fields(data: bytes, topic: str) -> dict[str, str]:
         value = json.loads(data, parse_float=Decimal)
     except (ValueError, RecursionError):
         raise Unreadable(f"a message of `{topic}` is not JSON") from None
-    found: dict[str, str] = {}
-    todo = [("", value)]
-    while todo:
-        name, value = todo.pop()
-        if isinstance(value, dict):
-            todo += [(f"{name}.{key}" if name else str(key), part) for key, part in value.items()]
-        elif (text := cell_text(value)) is not None:
-            found[name] = text
-    return found
+    return cells_of(value)

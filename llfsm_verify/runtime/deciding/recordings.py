@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Literal, TypeVar
 
@@ -96,6 +97,10 @@ class Watch:
         self.verdict: Decision = "undecided"
         self.place: tuple[int, int] | None = None
         self.reason = reason
+
+    def copied(self) -> Watch:
+        """The same, which then reads for itself."""
+        return copy(self)
 
     def read(self, letter: Letter, step: int, frame: int) -> None:
         if self.monitor is None or self.verdict != "undecided":

@@ -6,6 +6,8 @@ from llfsm_verify.cli.arguments import choice, only, output, repeatable, syntax
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.report.formats import REPORTS
 
+LOOPBACK = "127.0.0.1"
+
 
 def arguments(parser: Parser) -> None:
     """Add the arguments of `llfsm monitor`."""
@@ -43,3 +45,12 @@ def arguments(parser: Parser) -> None:
     )
     repeatable(parser, "--suspend", metavar="MACHINE", text="with --as machine: a machine to suspend on a violation")
     output(parser)
+    add(
+        "--serve",
+        metavar="PORT",
+        type=int,
+        help="answer ROSMonitoring's monitors there, a message at a time; needs --arrangement and --mapping",
+    )
+    add("--mapping", metavar="FILE", help="serve: which field of a message gives which slot, as for check-recording")
+    add("--host", metavar="ADDRESS", default=LOOPBACK, help="serve: where to listen (default: %(default)s)")
+    add("--filter", action="store_true", help="serve: refuse messages that violate a property, and go on without them")

@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.cli.commands.monitor.arguments import LOOPBACK
 from llfsm_verify.cli.formulas import source_of
 from llfsm_verify.cli.io.files import ready, ready_beside, write_whole
 from llfsm_verify.cli.io.output import tell
@@ -41,6 +42,8 @@ def run(options: Namespace) -> int:
     if options.from_machine is not None:
         return _from_machine(options)
     _refuse_misuse(options)
+    if options.serve is not None:
+        return _serve(options)
     arrangement = None if options.arrangement is None else open_arrangement(options.arrangement)
     lines = _lines(options)
     goals = _goals(options, lines, arrangement)
@@ -69,6 +72,34 @@ def _refuse_misuse(options: Namespace) -> None:
         raise UsageError("PROPERTY is missing, or --from-machine MACHINE (`llfsm monitor --help` says more)")
     if options.shape != "machine" and (options.set or options.suspend):
         raise UsageError("--set and --suspend say what a machine does: they need --as machine")
+    _refuse_misuse_of_serve(options)
+
+
+def _refuse_misuse_of_serve(options: Namespace) -> None:
+    """UsageError: options that do not go together."""
+    if options.serve is None and (options.mapping is not None or options.filter or options.host != LOOPBACK):
+        raise UsageError("--mapping, --host and --filter say how to serve: they need --serve PORT")
+    if options.serve is not None and not (0 <= options.serve < 1 << 16 and options.arrangement and options.mapping):
+        raise UsageError("--serve needs a port up to 65535 (0: a free one), --arrangement FILE and --mapping FILE")
+    if options.serve is not None and (options.shape != "text" or options.output is not None):
+        raise UsageError("--serve answers messages, and writes no monitor: leave out --as and --output")
+
+
+def _serve(options: Namespace) -> int:
+    """0 when a signal ended it. DiagnosticError: wrong files, or it cannot listen there."""
+    from llfsm_verify.runtime.deciding.logs.check import LogReading
+    from llfsm_verify.runtime.deciding.logs.oracles import ORACLES
+
+    arrangement = open_arrangement(options.arrangement)
+    lines = chosen(_lines(options), options.only)
+    told(lines, arrangement, stamped=True)
+    if not lines.goals:
+        raise UsageError("there is no property")
+    ORACLES.load("rosmonitoring")(
+        LogReading(arrangement, lines, options.mapping, "a message"), options.host, options.serve,
+        filtering=options.filter, tell=lambda line: print(line, flush=True),
+    )  # fmt: skip
+    return 0
 
 
 def _goals(options: Namespace, lines: PropertySet, arrangement: Arrangement | None) -> Sequence[Property]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from copy import copy
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
@@ -38,54 +39,86 @@ def check_log(
     forever. ModuleNotFoundError: the package for the format is not installed. DiagnosticError: what is wrong with the
     properties, the mapping or the log (E496 to E498).
     """
-    problem = bind(arrangement, properties, stamped=True)
-    of_slots = SlotLetters(problem, problem.program(keep_all_bits=True))
-    mapping = read_mapping(mapping_path, of_slots.slots)
-    given = [p.formula for p in properties.assumptions if p.formula is not None]
-    if mapping.time is None:
-        timed = any(is_timed(goal, given) for goal in goals_of(problem))
-        problem = bind(arrangement, properties) if timed else problem
-        of_slots = SlotLetters(problem, problem.program(keep_all_bits=True)) if timed else of_slots
-    letters = _Letters(of_slots, mapping)
+    reading = LogReading(arrangement, properties, mapping_path, path)
+    mapping, watches = reading.mapping, reading.watches
     if mapping.ended and Path(path).exists() and not Path(path).is_file():
         message = "a log with `ended: true` in its mapping may be read twice, and this is not a regular file"
         raise DiagnosticError(Diagnostic(UNREADABLE, message, file=path, hint="write the log to a file first"))
-    watches = _watches(problem, given, stamped=mapping.time is not None)
-    times = Times(mapping, path)
     stamps: list[Fraction] = []
-    count, whole, open_end = 0, True, "the log ends there, and the mapping does not say `ended: true`"
+    whole, open_end = True, "the log ends there, and the mapping does not say `ended: true`"
     shown: dict[int, str] = {}
-    for count, row in enumerate(_rows(path, mapping, form), 1):
-        stamp = None if mapping.time is None else times.read(row)
+    for row in _rows(path, mapping, form):
         try:
-            letter = letters.read(row, path)
+            stamp = reading.read(row)
         except OverflowError as overflow:
-            whole, open_end = False, f"{overflow} in row {count:,}"
+            whole, open_end = False, f"{overflow} in row {reading.count:,}"
             break
-        for watch in watches:
-            if isinstance(watch, StampedWatch) and stamp is not None:
-                watch.read_at(letter, stamp, count)
-            else:
-                watch.read(letter, count, count)
-            if watch.place == (count, count) and mapping.time is not None:
-                shown[count] = row.cells[mapping.time]
+        if mapping.time is not None and any(watch.place == (reading.count, reading.count) for watch in watches):
+            shown[reading.count] = row.cells[mapping.time]
         if mapping.ended and stamp is not None:
             stamps.append(stamp)
-    if not count:
+    if not reading.count:
         raise DiagnosticError(
             Diagnostic(UNREADABLE, "the log has no rows", file=path, hint="name a log with one row at least")
         )
     if whole and mapping.ended and any(watch.verdict == "undecided" for watch in watches):
-        letters = _Letters(of_slots, mapping)
+        letters = reading.letters.anew()
         word = [letters.read(row, path) for row in _rows(path, mapping, form)]  # once more: most logs need no letters
-        _decide_at_end(watches, problem, word, stamps)
-    found = [
-        watch.decided_at(times, open_end=open_end)
-        if isinstance(watch, StampedWatch)
-        else watch.decided(open_end=open_end)
-        for watch in watches
-    ]
-    return [replace(decided, time=shown.get(decided.step or 0)) for decided in found]
+        _decide_at_end(watches, reading.problem, word, stamps)
+    return [replace(decided, time=shown.get(decided.step or 0)) for decided in reading.decided(open_end)]
+
+
+class LogReading:
+    """Properties on a log as far as it was read: `count` rows."""
+
+    def __init__(self, arrangement: Arrangement, properties: PropertySet, mapping_path: str, path: str) -> None:
+        """`path`: what the log is called. DiagnosticError: wrong properties, or a wrong mapping (E496, E498)."""
+        problem = bind(arrangement, properties, stamped=True)
+        of_slots = SlotLetters(problem, problem.program(keep_all_bits=True))
+        self.mapping = mapping = read_mapping(mapping_path, of_slots.slots)
+        given = [p.formula for p in properties.assumptions if p.formula is not None]
+        if mapping.time is None:
+            timed = any(is_timed(goal, given) for goal in goals_of(problem))
+            problem = bind(arrangement, properties) if timed else problem
+            of_slots = SlotLetters(problem, problem.program(keep_all_bits=True)) if timed else of_slots
+        self.problem, self.path, self.count = problem, path, 0
+        self.letters = _Letters(of_slots, mapping)
+        self.watches = _watches(problem, given, stamped=mapping.time is not None)
+        self._times = Times(mapping, path)
+
+    @property
+    def columns(self) -> frozenset[str]:
+        """Those whose cells each row has to have."""
+        slots = frozenset(column.name for column in self.mapping.columns.values())
+        return slots if self.mapping.time is None else slots | {self.mapping.time}
+
+    def copied(self) -> LogReading:
+        """The same, which then reads for itself."""
+        other = copy(self)
+        other.letters, other._times = copy(self.letters), copy(self._times)
+        other.watches = [watch.copied() for watch in self.watches]
+        return other
+
+    def read(self, row: Row) -> Fraction | None:
+        """The time of the next row, if the log has times. DiagnosticError (E497); OverflowError: it has no letter."""
+        self.count += 1
+        stamp = None if self.mapping.time is None else self._times.read(row)
+        letter = self.letters.read(row, self.path)
+        for watch in self.watches:
+            if isinstance(watch, StampedWatch) and stamp is not None:
+                watch.read_at(letter, stamp, self.count)
+            else:
+                watch.read(letter, self.count, self.count)
+        return stamp
+
+    def decided(self, open_end: str) -> list[Decided]:
+        """What is known of each property; `open_end`: why there is no more."""
+        return [
+            watch.decided_at(self._times, open_end=open_end)
+            if isinstance(watch, StampedWatch)
+            else watch.decided(open_end=open_end)
+            for watch in self.watches
+        ]
 
 
 def _rows(path: str, mapping: LogMapping, form: str) -> Iterator[Row]:
@@ -153,6 +186,12 @@ class _Letters:
         self._columns = [(name, column, column.reader()) for name, column in mapping.columns.items()]
         self._before: dict[str, int] = {}
         self._known: dict[tuple[tuple[int, ...], tuple[int, ...]], tuple[Letter, dict[str, int]]] = {}
+
+    def anew(self) -> _Letters:
+        """Those of the same log from its first row."""
+        other = copy(self)
+        other._before = {}
+        return other
 
     def read(self, row: Row, path: str) -> Letter:
         """DiagnosticError (E497): a cell is empty, or its value is not a value of its slot."""

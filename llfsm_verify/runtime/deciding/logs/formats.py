@@ -69,3 +69,16 @@ def cell_text(value: object) -> str | None:
     if isinstance(value, date | time):
         return value.isoformat()
     return None
+
+
+def cells_of(value: object) -> dict[str, str]:
+    """The texts of an object by its fields; `a.b` is a field of an object in it."""
+    found: dict[str, str] = {}
+    todo = [("", value)]
+    while todo:
+        name, value = todo.pop()
+        if isinstance(value, dict):
+            todo += [(f"{name}.{key}" if name else str(key), part) for key, part in value.items()]
+        elif (text := cell_text(value)) is not None:
+            found[name] = text
+    return found

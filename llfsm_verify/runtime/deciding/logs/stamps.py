@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from fractions import Fraction
@@ -99,6 +100,12 @@ class StampedWatch(Watch):
             self._parts = [Stamped(f) for f in (formula, *assumptions)]
         except Unstamped as why:
             self.reason = str(why)
+
+    def copied(self) -> StampedWatch:
+        """See `Watch`."""
+        other = copy(self)
+        other._parts = [part.copied() for part in self._parts]
+        return other
 
     def read_at(self, letter: Letter, stamp: Fraction, row: int) -> None:
         """A row with its time. What a broken assumption leaves open is satisfied, as with other monitors."""

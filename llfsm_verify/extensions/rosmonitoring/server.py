@@ -1,0 +1,52 @@
+"""The server: a monitor for each connection, until a signal ends it."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+from collections.abc import Callable
+
+from websockets.asyncio.server import ServerConnection
+from websockets.asyncio.server import serve as listen
+from websockets.exceptions import ConnectionClosed
+
+from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify.extensions.rosmonitoring.answers import Monitor
+from llfsm_verify.extensions.rosmonitoring.codes import DEAF
+from llfsm_verify.plug import LogReading
+
+LARGEST = 1 << 20
+"""Bytes of a message; a connection with a longer one is closed (code 1009)."""
+SECONDS = 1.0
+"""How long a client may take to close its connection when the server ends."""
+
+
+def serve(reading: LogReading, host: str, port: int, *, filtering: bool, tell: Callable[[str], None]) -> None:
+    """See `Oracle`. DiagnosticError (E550)."""
+
+    async def converse(client: ServerConnection) -> None:
+        monitor = Monitor(reading, filtering=filtering)
+        try:
+            async for message in client:
+                await client.send(monitor.answer(message))
+        except ConnectionClosed:
+            return
+
+    async def run() -> None:
+        ended = asyncio.Event()
+        async with listen(converse, host, port, max_size=LARGEST, close_timeout=SECONDS) as server:
+            for number in (signal.SIGINT, signal.SIGTERM):
+                asyncio.get_running_loop().add_signal_handler(number, ended.set)
+            address, free = server.sockets[0].getsockname()[:2]
+            tell(f"listening on ws://{f'[{address}]' if ':' in address else address}:{free}")
+            await ended.wait()
+
+    try:
+        asyncio.run(run())
+    except OSError as error:
+        number = error.errno or 0
+        reason = os.strerror(number) if number > 0 else error.strerror
+        message = f"it cannot listen on {host}:{port}: {reason}"
+        hint = "name another port, or 0 for a free one, and an address of this computer"
+        raise DiagnosticError(Diagnostic(DEAF, message, hint=hint)) from None
