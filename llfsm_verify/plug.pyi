@@ -209,7 +209,7 @@ from llfsm_verify.yaml.compose import compose
 from llfsm_verify.yaml.fields import Report, is_name
 from llfsm_verify.yaml.nodes import Mapping as MappingNode
 from llfsm_verify.yaml.nodes import Node, Scalar, Sequence, implied, mark, written
-from llfsm_verify.yaml.tables import NUMBER, TRUTHS, Field, Single, Table, Words
+from llfsm_verify.yaml.tables import NUMBER, TRUTHS, ByName, Either, Field, Several, Single, Table, Words
 
 __all__ = [
     "ARRANGEMENTS",
@@ -268,6 +268,7 @@ __all__ = [
     "AutomatonTooLarge",
     "BitField",
     "Block",
+    "ByName",
     "Choice",
     "CommandEntry",
     "CommandParser",
@@ -281,6 +282,7 @@ __all__ = [
     "DrawnNode",
     "Editor",
     "Edits",
+    "Either",
     "Element",
     "Emit",
     "EngineEntry",
@@ -369,6 +371,7 @@ __all__ = [
     "Sequence",
     "Session",
     "Set",
+    "Several",
     "Shown",
     "Signal",
     "Single",

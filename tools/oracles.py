@@ -1,6 +1,6 @@
 """Other people's programs that our tests compare us with: where they are, and how they get there (`make oracles`).
 
-SPIN, Mosquitto (a broker of MQTT), ROS 1 (beside which a benchmark measures), and the compilers and emulators for
+SPIN, Mosquitto (a broker of MQTT), ROS 1, Fast DDS (what ROS 2 speaks), and the compilers and emulators for
 generated C come from Debian. NuSMV 2.5.4 is built from the source distribution of pynusmv on PyPI, in a folder outside
 the project, so that every checkout on a machine finds it. The others are Python packages of the extras `draw` and
 `test`.
@@ -43,6 +43,7 @@ PROGRAMS = {
     "qemu-aarch64": ("qemu-aarch64", "qemu-aarch64-static"),
     "qemu-riscv64": ("qemu-riscv64", "qemu-riscv64-static"),
     "cppcheck": ("cppcheck",),
+    "fastdds": ("fastddsgen",),
 }
 """Programs by the name of the oracle, the preferred one first."""
 FILES = {
@@ -52,6 +53,7 @@ FILES = {
     "arm-gcc": "usr/arm-linux-gnueabihf/lib/libc.a",
     "aarch64-gcc": "usr/aarch64-linux-gnu/lib/libc.a",
     "riscv64-gcc": "usr/riscv64-linux-gnu/lib/libc.a",
+    "fastdds": "usr/include/fastdds/dds/domain/DomainParticipant.hpp",
 }
 """What a program is of no use without, as a pattern below `/`, where Debian puts it."""
 SERVERS = "/usr/sbin"
@@ -80,12 +82,14 @@ FROM_DEBIAN = {
     "qemu-aarch64": ("qemu-user",),
     "qemu-riscv64": ("qemu-user",),
     "cppcheck": ("cppcheck",),
+    "fastdds": ("fastddsgen", "libfastrtps-dev"),
 }
 """The packages of Debian that bring an oracle."""
 MODULES = {
     "automata-lib": "automata",
     "cobs": "cobs",
     "cvc5": "cvc5",
+    "cyclonedds": "cyclonedds",
     "import-linter": "importlinter",
     "mkdocs-material": "material",
     "mkdocstrings": "mkdocstrings",
@@ -96,10 +100,10 @@ MODULES = {
     "pygraphviz": "pygraphviz",
 }
 """Modules by the name of the package that brings them."""
-EXTRAS = {"mypy": "check", "mkdocs-material": "docs", "mkdocstrings": "docs", "pandas": "pandas"}
+EXTRAS = {"mypy": "check", "cyclonedds": "ros2", "mkdocs-material": "docs", "mkdocstrings": "docs", "pandas": "pandas"}
 """The extras of `pyproject.toml` that bring a module, where it is not `draw` or `test`: nothing else needs these."""
 GROUPS: dict[str, tuple[str, ...]] = {
-    "core": ("spin", "gcc", "make", "nusmv", *MODULES),
+    "core": ("spin", "gcc", "make", "nusmv", *(name for name in MODULES if name != "cyclonedds")),
     "targets": (
         "g++",
         "clang",
@@ -116,7 +120,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "qemu-riscv64",
         "cppcheck",
     ),
-    "robots": ("mosquitto", "rospy"),
+    "robots": ("mosquitto", "rospy", "fastdds", "cyclonedds"),
     "view": (),
     "knowledge": (),
 }

@@ -154,7 +154,7 @@ def test_the_folder_is_outside_the_project(monkeypatch, tmp_path):
 def test_without_anything_it_says_what_is_missing(bare, capsys):
     oracles.main([])
     said = capsys.readouterr().out
-    rospy = "python3-rospy python3-rosmaster python3-std-msgs python3-actionlib python3-geometry-msgs"
+    rospy = "python3-rospy python3-rosmaster python3-std-msgs python3-actionlib python3-geometry-msgs fastddsgen libfastrtps-dev"
     assert (
         "spin           missing: there is no apt-get here; install with" in said
         and "apt-get install spin gcc make g++ flex bison patch\n" in said
@@ -192,7 +192,7 @@ def test_a_group_is_got_by_one_call_of_apt_get(bare, monkeypatch, capsys):
     monkeypatch.setattr(os, "geteuid", lambda: 0)
     oracles.main(["--group", "robots"])
     assert calls.read_text().splitlines() == [
-        "mosquitto python3-rospy python3-rosmaster python3-std-msgs python3-actionlib python3-geometry-msgs"
+        "mosquitto python3-rospy python3-rosmaster python3-std-msgs python3-actionlib python3-geometry-msgs fastddsgen libfastrtps-dev"
     ]
     said = capsys.readouterr().out
     assert f"robots:\n  mosquitto      {bare[0] / 'mosquitto'}\n  rospy          missing: not found\n" in said

@@ -1,0 +1,184 @@
+"""The program behind ports of the kind `ros2`, with others like it as peers, in processes of their own on `lo`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.extensions.ros.dds import BOOL, Child, child, decimals, free_domain, topics, write_types
+from tests.outside import needs
+from tests.runtime.ports.bench import bench, declared
+
+pytestmark = needs("cyclonedds")
+DOOR, SCAN = "std_msgs/msg/Bool", "sensor_msgs/msg/LaserScan"
+TWO = decimals(2)
+
+
+@pytest.fixture
+def domain() -> Iterator[int]:
+    with free_domain() as number:
+        yield number
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return write_types(tmp_path / "msgs")
+
+
+def test_values_go_from_topic_to_topic_and_only_what_has_changed(domain: int, folder: Path) -> None:
+    used = topics(door=DOOR, cmd_vel="geometry_msgs/msg/Twist", scan={"type": SCAN, "reliability": "best_effort"})
+    fields = {"/cmd_vel.linear.x": TWO, "/door.data": BOOL, "/scan.ranges.1": decimals(0)}
+    with child(domain, folder, used, fields) as reads, child(domain, folder, used, {}, list(fields)) as writes:
+        first = {"/cmd_vel": {"linear": {"x": 0.126}}, "/door": {"data": True}, "/scan": {"ranges": {"1": 2.75}}}
+        writes.tell(values=first)
+        got = {next(iter(value)): value for value in (reads.values() for _ in range(3))}
+        assert got["/cmd_vel"] == {"/cmd_vel": {"linear": {"x": "0.13"}}}
+        assert (got["/door"], got["/scan"]) == ({"/door": {"data": True}}, {"/scan": {"ranges": {"1": "3"}}})
+        writes.tell(values={**first, "/door": {"data": False}})
+        assert reads.values() == {"/door": {"data": False}}
+        writes.tell(safe={"/cmd_vel": {"linear": {"x": "-7.5"}}})
+        assert reads.values() == {"/cmd_vel": {"linear": {"x": "-7.50"}}}
+        assert writes.said == reads.said == []
+
+
+def test_the_same_again_is_published_again(domain: int, folder: Path) -> None:
+    """With `when` the run sends what is equal on purpose."""
+    used = topics(door=DOOR)
+    with child(domain, folder, used, {"/door.data": BOOL}) as reads:
+        with child(domain, folder, used, {}, ["/door.data"]) as writes:
+            for _ in range(3):
+                writes.tell(values={"/door": {"data": True}})
+            assert [reads.values() for _ in range(3)] == [{"/door": {"data": True}}] * 3
+
+
+def test_a_publisher_that_leaves_is_lost_and_may_come_back(domain: int, folder: Path) -> None:
+    used = topics(door=DOOR)
+    with child(domain, folder, used, {"/door.data": BOOL}) as reads:
+        for _ in range(2):
+            with child(domain, folder, used, {}, ["/door.data"]) as writes:
+                writes.tell(values={"/door": {"data": True}})
+                assert reads.values() == {"/door": {"data": True}}
+            assert reads.until("lost") == {"lost": ["/door.data"], "why": "nobody publishes /door any more"}
+
+
+def test_another_type_under_the_same_topic_is_said(domain: int, folder: Path) -> None:
+    write_types(folder, {"demo/msg/Door.msg": "string data\n"})  # of equal fields, Cyclone DDS connects them
+    with child(domain, folder, topics(door=DOOR), {"/door.data": BOOL}) as reads:
+        with child(domain, folder, topics(door="demo/msg/Door"), {}, ["/door.data"]) as writes:
+            why = "its type is {}, and ours {}"
+            reads.until("lost")
+            assert reads.said == [
+                f"a publisher of /door does not fit: {why.format('demo/msg/Door', 'std_msgs/msg/Bool')}"
+            ]
+            assert writes.until("say") and writes.said == [
+                f"a subscriber of /door does not fit: {why.format('std_msgs/msg/Bool', 'demo/msg/Door')}"
+            ]
+
+
+def test_another_message_under_the_same_type_is_said(domain: int, folder: Path, tmp_path: Path) -> None:
+    other = write_types(tmp_path / "other", {"std_msgs/msg/Bool.msg": "float64 data\nstring why\n"})
+    with child(domain, folder, topics(door=DOOR), {"/door.data": BOOL}) as reads:
+        with child(domain, other, topics(door=DOOR), {}, ["/door.data"]):
+            reads.until("lost")
+            assert reads.said == ["a publisher of /door does not fit: its type has other fields"]
+
+
+@pytest.mark.parametrize(
+    ("offered", "requested", "why"),
+    [
+        ({"reliability": "best_effort"}, {}, "it is best_effort, and ours reliable"),
+        ({}, {"durability": "transient_local"}, "it is volatile, and ours transient_local"),
+    ],
+)
+def test_a_quality_that_does_not_fit_is_said(
+    domain: int, folder: Path, offered: dict[str, str], requested: dict[str, str], why: str
+) -> None:
+    with child(domain, folder, topics(door={"type": DOOR, **requested}), {"/door.data": BOOL}) as reads:
+        with child(domain, folder, topics(door={"type": DOOR, **offered}), {}, ["/door.data"]) as writes:
+            reads.until("lost")
+            assert reads.said == [f"a publisher of /door does not fit: {why}"]
+            turned = why.replace("it is", "ours is").replace("and ours", "and it")
+            assert writes.until("say")["say"] == f"a subscriber of /door does not fit: {turned}"
+
+
+def test_what_no_field_can_have_is_said_and_others_go_on(domain: int, folder: Path) -> None:
+    write_types(folder, {"demo/msg/Two.msg": "uint8 n\nfloat32 x\nstring<=3 s\n"})
+    used, fields = topics(two="demo/msg/Two"), ["/two.n", "/two.x", "/two.s"]
+    with child(domain, folder, used, dict.fromkeys(fields, TWO)) as reads:
+        with child(domain, folder, used, {}, fields) as writes:
+            writes.tell(values={"/two": {"n": 256, "x": "NaN", "s": "long"}})
+            assert reads.values() == {"/two": {"n": 0, "x": "nan", "s": ""}}  # the run refuses `nan`
+            assert writes.said == [] and [writes.until("say")["say"] for _ in range(2)] == [
+                "/two keeps its value: `256` is no uint8: 256 is not from 0 to 255",
+                "/two keeps its value: `long` is longer than 3 characters",
+            ]
+            writes.tell(values={"/two": {"n": "RED", "x": 1e300, "s": "ok"}})
+            assert writes.until("say")["say"] == "/two keeps its value: `RED` is no uint8"
+            assert writes.until("say")["say"].startswith("/two is not published: float too large")
+            writes.tell(values={"/two": {"n": 3, "x": 0.5, "s": "ok"}})
+            assert reads.values() == {"/two": {"n": 3, "x": "0.50", "s": "ok"}}
+
+
+def test_a_sequence_that_is_too_short_is_said(domain: int, folder: Path) -> None:
+    used = topics(scan=SCAN)
+    with child(domain, folder, used, {"/scan.ranges.2": TWO, "/scan.angle_min": TWO}) as reads:
+        with child(domain, folder, used, {}, ["/scan.angle_min", "/scan.ranges.1"]) as writes:
+            writes.tell(values={"/scan": {"angle_min": 1, "ranges": {"1": 3}}})
+            assert reads.values() == {"/scan": {"angle_min": "1.00"}}
+            assert reads.said == ["a message of /scan has no element `/scan.ranges.2`"]
+
+
+@pytest.mark.slow
+def test_a_flood_is_taken_as_fast_as_the_run_reads(domain: int, folder: Path) -> None:
+    write_types(folder, {"demo/msg/Count.msg": "uint64 n\n"})
+    used, many = topics(n={"type": "demo/msg/Count", "depth": 10_000}), 10_000
+    with child(domain, folder, used, {"/n.n": decimals(0)}) as reads:
+        with child(domain, folder, used, {}, ["/n.n"]) as writes:
+            for n in range(many):
+                writes.tell(values={"/n": {"n": n + 1}})
+            seen = [0]
+            while seen[-1] != many:
+                seen.append(reads.values()["/n"]["n"])
+            assert seen == sorted(set(seen)) and reads.said == writes.said == []
+
+
+def test_a_program_that_cannot_begin_says_why(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    with free_domain() as domain:
+        made = Child(domain, folder, topics(door=DOOR), {"/door.data": BOOL}, interface="nowhere0")
+        with pytest.raises(AssertionError, match="the program has ended"):
+            made.line()
+        assert made.process.wait() == 1
+        made.kill()
+    assert "nowhere0" in capfd.readouterr().err
+
+
+PORTS = """\
+ports:
+  world:
+    kind: ros2
+    domain: %d
+    peers: [127.0.0.1]
+    interface: lo
+    messages: [msgs]
+    topics: {/in: geometry_msgs/msg/Twist, /out: geometry_msgs/msg/Twist}
+    inputs: {speed: /in.linear.x}
+    outputs: {speed: /out.angular.z}
+    on_failure: safe
+    safe: {speed: 0.5}
+"""
+
+
+@pytest.mark.slow
+def test_a_run_reads_and_writes_topics(domain: int, folder: Path) -> None:
+    used = topics(**{"in": "geometry_msgs/msg/Twist", "out": "geometry_msgs/msg/Twist"})
+    specs = declared(PORTS % domain, folder.parent)
+    with child(domain, folder, used, {"/out.angular.z": TWO}, ["/in.linear.x"]) as peer, bench(*specs) as run:
+        peer.tell(values={"/in": {"linear": {"x": "NaN"}}})
+        run.until(lambda: any("a value is refused" in said for said in run.said))
+        peer.tell(values={"/in": {"linear": {"x": -0.254}}})
+        run.until(lambda: str(run.value("speed")) == "-0.25")
+        run.until(lambda: peer.has_said() and "-0.25" in str(peer.line()))
+        assert run.ports.counts["world"].taken >= 1 and run.ports.counts["world"].refused == 1
+    assert not any("failed" in said for said in run.said), run.said
