@@ -29,7 +29,6 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from llfsm_verify import Diagnostic, DiagnosticError, LiveRun, Model, Properties, RunReport, load
-from llfsm_verify.extensions.crops import ENTRIES
 from llfsm_verify.extensions.crops.checks import problems, surprises
 from llfsm_verify.extensions.crops.codes import SHAPE
 from llfsm_verify.extensions.crops.data import Data
@@ -37,7 +36,7 @@ from llfsm_verify.extensions.crops.driver import LOG, Command, Driver
 from llfsm_verify.extensions.crops.format import CYCLE_MS
 from llfsm_verify.extensions.crops.states import State
 from llfsm_verify.extensions.crops.transitions import Transitions, read
-from llfsm_verify.plug import GivenArrangement, Reading, compose, opened
+from llfsm_verify.plug import ARRANGEMENTS, GivenArrangement, Reading, compose, opened
 
 PATIENCE = 5.0
 """Seconds that a command may take, which is about a cycle."""
@@ -66,7 +65,7 @@ class StateMachine:
         if self._found is not None:
             raise ValueError("the state machine has a transition file already")
         source, _ = opened(GivenArrangement(path))
-        if not re.match(ENTRIES["llfsm_verify.arrangements"][0].begins, source.text):
+        if not re.match(ARRANGEMENTS["crops"].begins, source.text):
             hint = "write `- state:`, and below it `state_label`, `descriptive_name` and `transitions`"
             raise DiagnosticError(Diagnostic(SHAPE, "this is not a transition file", hint=hint, file=source.name))
         model = load(path)

@@ -39,7 +39,7 @@ WRONG = [
 
 @pytest.mark.parametrize("case", reader_cases("crops", TRANSITION_FILE), ids=lambda case: case.name)
 def test_the_reader_keeps_to_what_readers_do(case) -> None:
-    case.look()
+    assert case.look() is None
 
 
 @pytest.mark.parametrize(("text", "code", "hint"), WRONG)
