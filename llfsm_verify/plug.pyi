@@ -27,6 +27,7 @@ from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.plants import PLANTS, Plant, UsedPlant
 from llfsm_verify.arrangement.plants import Site as PlantSite
+from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.automaton import Edge as AutomatonEdge
 from llfsm_verify.automata.ltl.translate import translate
@@ -187,7 +188,6 @@ from llfsm_verify.runtime.ports.port import PORTS, Link, Port, Started, Unopened
 from llfsm_verify.runtime.ports.port import Kind as PortKind
 from llfsm_verify.runtime.ports.process.kind import CHILD_FIELDS, patience_of
 from llfsm_verify.runtime.ports.process.port import ProcessSettings
-from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.runtime.recording.file import HEAD as RECORDING_HEAD
 from llfsm_verify.runtime.recording.file import MAGIC as RECORDING_MAGIC
 from llfsm_verify.runtime.recording.file import PAGE as RECORDING_PAGE

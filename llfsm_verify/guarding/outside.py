@@ -119,7 +119,7 @@ def _unfit(arrangement: Arrangement, orders: Sequence[Order], task: Task) -> Ite
     for order in orders:
         if order.kind == "enter":
             message = f"`{order.text}` is for operators alone, and in the proof a machine gives the commands"
-            yield Diagnostic(UNFIT, message, hint=f"`restart {order.target}` is a command of machines, too")
+            yield Diagnostic(UNFIT, message, hint=f"machines can also give `restart {order.target}`")
         elif (order.kind, order.target) not in declared:
             message = f"`{order.text}` would be refused: `operators` does not declare it"
             yield Diagnostic(UNFIT, message, hint=f"write `operators: {{{order.kind}: [{order.target}]}}`")

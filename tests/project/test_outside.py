@@ -40,6 +40,12 @@ INNER = """
         pass
 """
 
+ROBOTS = (
+    "python3-rospy python3-rosmaster python3-std-msgs python3-actionlib python3-geometry-msgs fastddsgen "
+    "libfastrtps-dev"
+)
+"""What Debian has for robots."""
+
 
 @pytest.fixture
 def inner(pytester, monkeypatch, tmp_path):
@@ -154,11 +160,10 @@ def test_the_folder_is_outside_the_project(monkeypatch, tmp_path):
 def test_without_anything_it_says_what_is_missing(bare, capsys):
     oracles.main([])
     said = capsys.readouterr().out
-    rospy = "python3-rospy python3-rosmaster python3-std-msgs python3-actionlib python3-geometry-msgs fastddsgen libfastrtps-dev"
     assert (
         "spin           missing: there is no apt-get here; install with" in said
         and "apt-get install spin gcc make g++ flex bison patch\n" in said
-        and f"apt-get install mosquitto {rospy}\n" in said
+        and f"apt-get install mosquitto {ROBOTS}\n" in said
     )
     assert "nusmv          missing: building it takes gcc, g++, make, flex, bison, patch" in said
     named = said.rpartition("LLFSM_REQUIRE_ORACLES=")[2].strip()
@@ -191,9 +196,7 @@ def test_a_group_is_got_by_one_call_of_apt_get(bare, monkeypatch, capsys):
     monkeypatch.setenv("PATH", f"{bare[0]}:/usr/bin:/bin")
     monkeypatch.setattr(os, "geteuid", lambda: 0)
     oracles.main(["--group", "robots"])
-    assert calls.read_text().splitlines() == [
-        "mosquitto python3-rospy python3-rosmaster python3-std-msgs python3-actionlib python3-geometry-msgs fastddsgen libfastrtps-dev"
-    ]
+    assert calls.read_text().splitlines() == [f"mosquitto {ROBOTS}"]
     said = capsys.readouterr().out
     assert f"robots:\n  mosquitto      {bare[0] / 'mosquitto'}\n  rospy          missing: not found\n" in said
     assert said.endswith("with LLFSM_REQUIRE_ORACLES=mosquitto\n") and "spin" not in said

@@ -9,13 +9,13 @@ from types import MappingProxyType
 from typing import cast
 
 from llfsm_verify.arrangement.files import read_source
+from llfsm_verify.arrangement.requests import STATES, Request, RequestKind
 from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.program.program import Choice
 from llfsm_verify.runtime.live.slots import Slot
 from llfsm_verify.runtime.ports import MISFIT, SHARED, UNABLE, UNKNOWN
 from llfsm_verify.runtime.ports.port import ON_FAILURE, PORTS, Kind, OnFailure, PortSpec
-from llfsm_verify.arrangement.requests import STATES, Request, RequestKind
 from llfsm_verify.values import ValueProblem, choice_value
 from llfsm_verify.yaml.compose import compose
 from llfsm_verify.yaml.duration import duration_ms

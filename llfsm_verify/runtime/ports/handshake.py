@@ -6,8 +6,8 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Protocol
 
-from llfsm_verify.jsonvalue import Json
 from llfsm_verify.arrangement.requests import IDLE, STATES, UNDER_WAY, Request
+from llfsm_verify.jsonvalue import Json
 
 FAILURES = {"service": "FAILED", "action": "LOST"}
 TIMEOUTS = {"service": "TIMED_OUT", "action": "LOST"}
@@ -75,7 +75,7 @@ class Handshake:
         kind, problem = self.request.kind, None
         if not end:
             if kind == "service" or state not in UNDER_WAY["action"] or (state, self._last) == ("PENDING", "ACTIVE"):
-                return f"`{state[:40]}` is no state that request `{self.request.name}` can have now"
+                return f"`{state[:40]}` is not a state that request `{self.request.name}` can have now"
             if state != self._last:
                 self._next.append((state, values))
                 self._last = state
@@ -90,7 +90,7 @@ class Handshake:
             if state == "DONE" and kind == "action":
                 state = "SUCCEEDED"
             if state not in ends:
-                problem = f"`{state[:40]}` is no end that request `{self.request.name}` can have" if state else None
+                problem = f"`{state[:40]}` is not an end that request `{self.request.name}` can have" if state else None
                 state, values = FAILURES[kind], {}
             self._close(state, values)
         self._move(now)

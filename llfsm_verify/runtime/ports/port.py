@@ -10,11 +10,11 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, Protocol, get_args
 
+from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.registry import Entry, Registry
 from llfsm_verify.runtime.ports import UNKNOWN
-from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.values import Shown
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, mark

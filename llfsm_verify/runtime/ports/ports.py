@@ -14,6 +14,7 @@ from functools import partial
 from types import MappingProxyType
 from typing import TypeVar
 
+from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.live.frame import CYCLE, NUMBER
@@ -23,7 +24,6 @@ from llfsm_verify.runtime.ports import UNOPENED
 from llfsm_verify.runtime.ports.handshake import Handshake
 from llfsm_verify.runtime.ports.line_port import inner
 from llfsm_verify.runtime.ports.port import AskingPort, Port, PortSpec, Unopened
-from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.runtime.whiteboard.posts import Posts, Refused
 from llfsm_verify.values import Shown, ValueProblem, choice_value, number_of, shown, text
 

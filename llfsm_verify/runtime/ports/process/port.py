@@ -206,7 +206,7 @@ class ProcessPort(AskingPort):
             end = "answer" in said
             number, state = _number(said, "answer" if end else "of"), said.get("state", "DONE" if end else None)
             if not isinstance(state, str):
-                raise Malformed("`state` is no text")
+                raise Malformed("`state` is not a text")
             self._under_way -= {number} if end else set()
             self._link.report(number, state, _mapping(said, "values"), end=end)
         elif isinstance(names := said.get("lost"), list):
@@ -214,7 +214,7 @@ class ProcessPort(AskingPort):
         elif isinstance(text := said.get("say"), str):
             self._link.say(text[:1000])
         else:
-            raise Malformed(f"a line is no message: {json.dumps(said)[:80]}")
+            raise Malformed(f"a line is not a message: {json.dumps(said)[:80]}")
 
     def _fail(self, why: str) -> None:
         """It has failed with all its inputs, and may be started again."""
@@ -316,12 +316,12 @@ def _written(parts: str) -> bytes:
 def _mapping(said: Mapping[str, Json], key: str) -> Mapping[str, Json]:
     found = said.get(key, {})
     if not isinstance(found, dict):
-        raise Malformed(f"`{key}` is no mapping")
+        raise Malformed(f"`{key}` is not a mapping")
     return found
 
 
 def _number(said: Mapping[str, Json], key: str) -> int:
     found = said.get(key)
     if type(found) is not int:
-        raise Malformed(f"`{key}` is no whole number")
+        raise Malformed(f"`{key}` is not a whole number")
     return found
