@@ -82,6 +82,11 @@ class Lines:
             self._queue.put(json.loads(line))
         self._queue.put({"gone": True})
 
+    def now(self) -> Iterator[dict[str, Any]]:
+        """What has come; nothing is waited for."""
+        while not self._queue.empty():
+            yield self._queue.get()
+
     def close(self) -> None:
         self._reader.join()
         self._stream.close()

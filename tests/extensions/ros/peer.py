@@ -104,8 +104,8 @@ def action(name, of):
     made = types.action(of)
 
     def goal(handle):
-        tell(action=name, goal=plain(handle.get_goal()))
         kept[name, "goal"] = handle
+        tell(action=name, goal=plain(handle.get_goal()))
 
     def cancel(handle):
         tell(action=name, cancelled=True)

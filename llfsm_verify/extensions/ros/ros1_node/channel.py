@@ -30,7 +30,8 @@ class Channel:
         self._waiting: List[Dict[str, Any]] = []
         self._newest: Optional[Dict[str, Any]] = None
         """The last of what waits, if newer values may join it."""
-        self._writes = False
+        self._writes = True
+        """Somebody writes; until `first`, nobody may."""
 
     def lines(self) -> Iterator[Dict[str, Any]]:
         """What the run says, until it is gone. Numbers are exact."""
@@ -38,6 +39,13 @@ class Channel:
             said = json.loads(line, parse_float=Decimal)
             if isinstance(said, dict):
                 yield said
+
+    def first(self, message: Mapping[str, Any]) -> None:
+        """Tell the first line, and after it what has come meanwhile."""
+        with self._lock:
+            self._waiting.insert(0, {"": message})
+            self._writes = False
+        self._write()
 
     def values(self, values: Mapping[str, Any], event: bool = False) -> None:
         """Tell values by field."""

@@ -46,9 +46,9 @@ def run() -> None:
         return
     try:
         node = Node(channel, hello)
-        channel.tell({"hello": 1, "values": nested(node.parameters)})
+        channel.first({"hello": 1, "values": nested(node.parameters)})
     except (Unfound, NoType, NoField) as problem:
-        channel.say(str(problem))
+        channel.first({"say": str(problem)})
         os._exit(1)
     for said in lines:
         node.hear(said)
@@ -132,10 +132,11 @@ class Node:
         self.parameters = {f: _parameter(f, d) for f, d in digits.items() if f.startswith(PARAMETER)}
         self._values: Dict[str, Any] = {}
         self._connect(told, types, digits, list(hello["outputs"]))
-        self._asked = {
-            name: (Action if "action" in of else Service)(channel, name, of, types)
-            for name, of in hello.get("requests", {}).items()
-        }
+        self._asked: Dict[str, Any] = {}
+        for name, of in hello.get("requests", {}).items():
+            if of["kind"] not in of:
+                raise Unfound(f"the request {name} is of the kind {of['kind']}; write `{of['kind']}: /NAME` for it")
+            self._asked[name] = (Action if of["kind"] == "action" else Service)(channel, name, of, types)
         self._over = False
         for act in (self._look, self._watch_master):
             threading.Thread(target=act, daemon=True).start()

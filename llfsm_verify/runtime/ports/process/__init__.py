@@ -23,7 +23,8 @@ ports; `values`: by field, nested where a field has dots):
       {"answer": 17, "state": "DONE", "values": {…}}                     the end of a request; DONE or FAILED, or the
                                                                          end of an action; without `state` DONE
       {"lost": ["FIELD", …], "why": TEXT}                                these inputs have failed; all, without names
-      {"say": TEXT}                                                      is shown to the user, once for each text
+      {"say": TEXT}                                                      is shown to the user, once for each text;
+                                                                         instead of hello: why it cannot begin
       {"cycle": N, "values": {…}}                                        with `clock: external`: cycle N begins now, and
                                                                          reads these values
 

@@ -184,6 +184,8 @@ class ProcessPort(AskingPort):
             self._link.malformed(str(problem))
             return
         if not self._greeted:
+            if "hello" not in said and isinstance(reason := said.get("say"), str):
+                raise _Failed(reason[:400])
             if said.get("hello") != VERSION:
                 version = said.get("hello")
                 raise _Failed(
