@@ -119,6 +119,8 @@ def launched(
     settings, arrangement = ready.settings, ready.plan.arrangement
     name = settings.whiteboard
     with ExitStack() as left:
+        if settings.pace is not None:
+            left.enter_context(closing(settings.pace))
         shared = left.enter_context(closing(Shared(name or "run", ready.loop, served=name is not None)))
         server, permissions = None, Permissions.of(arrangement)
         if name is not None:

@@ -7,6 +7,7 @@ import os
 import socket
 import subprocess
 import sys
+import threading
 import tty
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -174,6 +175,38 @@ def test_a_program_makes_lines_of_frames_and_frames_of_lines(tmp_path: Path) -> 
             assert set(json.loads(lines.splitlines()[1])) == {"say"}
             ours.close()
             assert child.wait() == 0
+
+
+@needs("cobs")
+@pytest.mark.slow
+def test_a_board_speaks_the_protocol_of_programs(tmp_path: Path) -> None:
+    """It is a thread with the other implementation, and noise before each of its frames."""
+    run = f"[{sys.executable}, -m, llfsm_verify.extensions.serial.cobs, {tmp_path / 'line'}]"
+    text = TEXT.replace("serial, device: line, format: cobs", f"process, run: {run}").replace(
+        "far: seen", "far: out.seen"
+    )
+    told: list[dict[str, object]] = []
+    with wire(tmp_path) as (master, _):
+
+        def board() -> None:
+            seen = b""
+            while not (told and "end" in told[-1]):
+                seen += os.read(master, 100)
+                heard = [json.loads(frame) for frame in read(seen) if frame]
+                for line in heard[len(told) :]:
+                    answer = {"hello": 1} if "hello" in line else {"values": {"far": 7}}
+                    os.write(master, b"\1\2noise\0" + framed(json.dumps(answer).encode()))
+                told[:] = heard
+
+        thread = threading.Thread(target=board)
+        thread.start()
+        with bench(*declared(text, tmp_path)) as made:
+            made.until(made.has("far", 7))
+            made.until(lambda: any("values" in line and line["values"] == {"out": {"seen": 7}} for line in told))
+            made.end("stopped")
+        thread.join()
+    assert told[0]["port"] == "board" and told[-1] == {"end": "stopped"}
+    assert made.said == ["port board: a frame is cut short"]
 
 
 def test_a_device_that_is_not_there_is_said(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -78,6 +78,11 @@ class Pace:
         self.under_way = False
         return True
 
+    def close(self) -> None:
+        """The loop must not run any more."""
+        for descriptor in self.descriptors:
+            os.close(descriptor)
+
     # ------------------------------------------------------------ where the loop runs
 
     def wait(self, loop: Loop) -> None:

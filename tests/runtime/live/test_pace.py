@@ -12,6 +12,8 @@ from random import Random
 
 import pytest
 
+from llfsm_verify.arrangement.loader import build_arrangement
+from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.runtime.launch import serve
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.frame import CYCLE, ENDING, ENDINGS, PROCESS
@@ -30,7 +32,7 @@ from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.values import Shown
 from tests.runtime.live.runs import pids, turns_of
-from tests.runtime.live.test_supervised import several
+from tests.runtime.live.test_supervised import DOCUMENT, several
 
 OUTPUTS = {"motor": "motor", "x": "x"}
 
@@ -92,8 +94,15 @@ class Paced:
 
 
 @contextmanager
-def paced(record: Path | None = None, *, rounds: int = -1, last: int = -1, how: str = "separate") -> Iterator[Paced]:
-    arrangement = several()
+def paced(
+    record: Path | None = None,
+    *,
+    rounds: int = -1,
+    last: int = -1,
+    how: str = "separate",
+    arrangement: Arrangement | None = None,
+) -> Iterator[Paced]:
+    arrangement = arrangement or several()
     code = LiveCode(lower(arrangement, keep_all_bits=True), safe=safe_values(arrangement))
     loop = Loop(code, held=starting_values(code.program))
     loop.limit(0)
@@ -177,6 +186,16 @@ def test_a_loop_that_dies_while_it_waits_gets_its_last_frame() -> None:
         assert made.go() == "died"
         newest = made.shared.segment.newest()
         assert newest is not None and ENDINGS[newest[ENDING]] == "died" and made.run.report.cycles == 3
+
+
+def test_the_world_gets_the_frame_of_the_cycle_that_ends_the_arrangement() -> None:
+    state = {"name": "S", "on_entry": "motor = 2;"}
+    machines = {name: {"inline": {"machine": "M", "states": [state]}} for name in "ab"}
+    document = {**DOCUMENT, "machines": machines, "processes": {"p": ["a"], "q": ["b"]}}
+    with paced(rounds=9, arrangement=build_arrangement(document)) as made:
+        assert made.go() == "ended"
+        assert made.run.report.cycles == len(made.world.given) == len(made.world.seen) < 9
+        assert made.world.seen[-1]["motor"] == 2
 
 
 def test_cycles_that_are_not_the_next_one_are_passed_over() -> None:

@@ -1,4 +1,5 @@
-"""A run whose clock is a program: the Komodo robot in a Python world, and worlds that die, hang or count wrongly."""
+"""A run whose clock is a program: the Komodo robot in a Python world, and worlds that die, hang or count wrongly;
+machines are replaced meanwhile."""
 
 from __future__ import annotations
 
@@ -6,11 +7,16 @@ import re
 import signal
 import subprocess
 import sys
+import time
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
+import llfsm_verify as lv
+from llfsm_verify.runtime.recording.file import Recording
 from llfsm_verify.runtime.recording.replay import CLOCKED
+from tests.api.test_changing_runs import TEXTS
 from tests.cli.running import LIGHTS, llfsm
 from tests.processes import ended
 from tests.runtime.live.runs import turns_of
@@ -37,6 +43,9 @@ while True:
     while (frame := json.loads(sys.stdin.readline())).get("cycle") != cycle:
         if "end" in frame:
             sys.exit()
+    if sys.argv[1] == "log":
+        with open("log", "a") as log:
+            print(cycle, frame["values"]["out"], file=log)
     cycle += 1
 """
 
@@ -119,3 +128,30 @@ def test_what_does_not_go_with_an_external_clock(tmp_path: Path) -> None:
     other = "  b: {kind: process, run: x, clock: external, outputs: [ns_light]}\n"
     done = llfsm("run", LIGHTS, "--ports", ports(tmp_path, "ok", more=other))
     assert done.returncode == 3 and "error[E494]: two ports begin the cycles of the run" in done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("processes", ["thread", "separate"])
+def test_a_machine_is_replaced_between_two_cycles(tmp_path: Path, processes: str) -> None:
+    for name, text in TEXTS.items():
+        (tmp_path / f"{name}.yaml").write_text(text)
+    (tmp_path / "world.py").write_text(SCRIPT)
+    port = PORT.format(python=sys.executable, how="log", clock="external", failing="stop").replace("[car]", "{go: car}")
+    (tmp_path / "p.yaml").write_text(f"ports:\n  world: {port.replace('inputs', 'outputs: [out], inputs')}\n")
+    path, log = tmp_path / "r", tmp_path / "log"
+    with lv.load(tmp_path / "a.yaml").run(record=path, processes=processes, ports=tmp_path / "p.yaml") as run:
+        while not log.exists() or log.read_text().count("\n") < 20:
+            time.sleep(0.001)
+        run.replace("count", tmp_path / "down.yaml", unchecked=True)
+        before = log.read_text().count("\n")
+        while log.read_text().count("\n") < before + 20:
+            time.sleep(0.001)
+    assert run.wait().external and run.wait().lateness is None
+    rows = [tuple(map(int, line.split())) for line in log.read_text().splitlines()]
+    assert [cycle for cycle, _ in rows] == [*range(len(rows))]
+    changes = [(later - out) % 10 for (_, out), (_, later) in pairwise(rows)]
+    assert changes == sorted(changes) and {*changes} == {1, 9}, "up, then down, and no cycle twice or left out"
+    for file in (path, tmp_path / "r.2"):
+        assert "the same bit for bit" in llfsm("replay", str(file)).stdout
+        with Recording(file) as recording:
+            assert recording.header["clock"] == "external"
