@@ -160,7 +160,8 @@ class Image:
     def _inputs(self) -> Iterator[str]:
         yield "typedef struct {"
         for choice in self.program.choices:
-            kind = self.names.enumeration("", choice.labels)
+            entered = choice.name.removeprefix(f"{OPERATOR}state(").rstrip(")")
+            kind = self.names.enumeration(f"{entered}.$state", choice.labels)
             about = _about(choice.type, choice.labels, kind)
             about += f" {comment('of an operator: for one cycle')}" * choice.name.startswith(OPERATOR)
             yield f"    {stored_as(choice.type)} {self.names.inputs[choice.name]};{about}"

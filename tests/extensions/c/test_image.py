@@ -92,6 +92,13 @@ def test_what_a_caller_stores_outside_its_range_is_refused_and_changes_nothing(o
                 assert (built.state() == {**first, **values}) == (told == BAD_INPUT)
 
 
+def test_the_header_says_what_a_state_is_that_operators_let_a_machine_enter(tmp_path):
+    (tmp_path / "one.yaml").write_text(ONE + "operators: {enter: [m]}\n")
+    header = in_both_sizes(tmp_path / "one.yaml")[0].header()
+    assert "uint8_t operator_state_m; /* one_m_states */ /* of an operator: for one cycle */" in header
+    assert "one_m_A,\n    one_m_B\n} one_m_states;" in header
+
+
 @needs_gcc
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["boss.$state", "main.$turn", "helper.$state"])
