@@ -135,7 +135,7 @@ def test_a_machine_in_it_takes_the_place_of_another_and_what_has_no_writer_is_no
 def test_an_unknown_format_is_told_which_there_are() -> None:
     with pytest.raises(Unregistered) as told:
         load_arrangement("x", format_name="pictures")
-    assert str(told.value) == "there is no arrangement format `pictures`; there are: yaml, lines"
+    assert str(told.value) == "there is no arrangement format `pictures`; there are: yaml, crops, lines"
     with pytest.raises(Unregistered):
         load_arrangement_text("", format_name="pictures")
 

@@ -41,6 +41,8 @@ ALIVE = 16
 """The state of an instance that has a writer."""
 AT_ONCE, MOST = 256, 100_000
 """Samples of a topic, and of who is there, that are taken in one call."""
+SETTLING = 0.1
+"""Seconds after which a reader that has come mostly knows us as we know it; before that it would hear nothing."""
 PATIENCE = 1.0
 """Seconds in which an endpoint that fits must be connected."""
 LEAVING = 500_000_000
@@ -131,7 +133,7 @@ def field_value(value: object, of: Plain | Text) -> object:
         return number(text, of)
     except ValueError as error:
         why = f": {error}" if "from" in str(error) else ""
-        raise ValueError(f"`{text[:60]}` is no {of.name}{why}") from None
+        raise ValueError(f"`{text[:60]}` is not a value of {of.name}{why}") from None
 
 
 def put(value: Any, path: tuple[str, ...], of: Type, messages: Messages, leaf: object) -> None:
@@ -225,6 +227,8 @@ class End:
     """Whether it was published."""
     waits: bool = False
     """Whether nobody was there to read it."""
+    due: float | None = None
+    """When it is published to somebody who has come since."""
     count: int = 0
     """Of those that are connected."""
     others: dict[Any, tuple[DcpsEndpoint, float]] = field(default_factory=dict)
@@ -338,15 +342,17 @@ class Node:
                 elif end is not None and endpoint.participant_key != self._own:
                     end.others[endpoint.key] = (endpoint, now)
         for end in self._readers.values():
-            self._matched(end, end.entity.get_subscription_matched_status().current_count)
+            self._matched(end, end.entity.get_subscription_matched_status().current_count, now)
             self._judge(end, now, reads=True)
         for end in self._writers.values():
-            self._matched(end, end.entity.get_publication_matched_status().current_count)
+            self._matched(end, end.entity.get_publication_matched_status().current_count, now)
             self._judge(end, now, reads=False)
 
-    def _matched(self, end: End, count: int) -> None:
+    def _matched(self, end: End, count: int, now: float) -> None:
         before, end.count = end.count, count
-        if end.waits and count:
+        if end.waits and count and end.due is None:
+            end.due = now + SETTLING
+        if end.due is not None and now >= end.due:
             self._publish(end)
         if before and not count and isinstance(end.entity, DataReader):
             self.say(lost=list(end.fields), why=f"nobody publishes {end.name} any more")
@@ -395,7 +401,7 @@ class Node:
         return not end.begun or end.value != before
 
     def _publish(self, end: End) -> None:
-        end.begun, end.waits = True, not end.count
+        end.begun, end.waits, end.due = True, not end.count, None
         try:
             end.entity.write(self._classes.sample(end.type, end.value))
         except Exception as error:  # noqa: BLE001 - of Cyclone DDS, which raises plain ones
@@ -403,11 +409,11 @@ class Node:
 
     def run(self, read: int) -> None:
         """Until the run says that it ends, or is gone."""
-        self.say(hello=1, values={})
+        self.say(hello=1)
         rest, more = b"", False
         while True:
-            judges = any(end.others for _, ends in self._found for end in ends.values())
-            patience = 0.0 if more else PATIENCE / 4 if judges else None
+            waits = any(end.others or end.due is not None for _, ends in self._found for end in ends.values())
+            patience = 0.0 if more else SETTLING if waits else None
             ready = select.select([read, self._wake_read], [], [], patience)[0]
             if self._wake_read in ready:
                 os.read(self._wake_read, 1 << 16)

@@ -151,7 +151,7 @@ class Messages:
             so_far = f"{so_far}.{step}"
         if isinstance(found, Named):
             names = ", ".join(f"`{so_far}.{one.name}`" for one in self.find(found.name).members)
-            raise Unreadable(f"{so_far} is no single value", f"write one of {names}")
+            raise Unreadable(f"{so_far} is not a single value", f"write one of {names}")
         if isinstance(found, Many):
             raise Unreadable(f"{so_far} has many values", f"write the number of one, such as `{so_far}.0`")
         return found
@@ -193,7 +193,7 @@ def read_msg(text: str, name: str, path: str) -> Message:
             continue
         match = _LINE.match(code)
         if match is None:
-            raise Unreadable(f"`{code[:60]}` is no field", "write a type and a name: `float64 x`", path, number)
+            raise Unreadable(f"`{code[:60]}` is not a field", "write a type and a name: `float64 x`", path, number)
         of = _msg_type(match, package, path, number)
         if match["rest"].startswith("=") and match["many"] is None:
             continue  # a constant has no place in a message
@@ -225,7 +225,7 @@ def _msg_type(match: re.Match[str], package: str, path: str, line: int) -> Type:
         package, _, last = word.rpartition("/") if "/" in word else (package, "", word)
         of = Named(f"{package.removesuffix('/msg')}/msg/{last}")
         if NAME.match(of.name) is None:
-            raise Unreadable(f"`{word}` is no type", "write a type such as `bool` or `std_msgs/Header`", path, line)
+            raise Unreadable(f"`{word}` is not a type", "write a type such as `bool` or `std_msgs/Header`", path, line)
     if match["many"] is None:
         return of
     size = None if not match["size"] else int(match["size"])
@@ -425,7 +425,7 @@ class _Idl:
     def _whole(self) -> int:
         word = self._next()
         if not (word.isascii() and word.isdigit() and int(word)):
-            raise self._wrong(f"`{word}` is no size", "write a number above 0")
+            raise self._wrong(f"`{word}` is not a size", "write a number above 0")
         return int(word)
 
     def _peek(self) -> str:

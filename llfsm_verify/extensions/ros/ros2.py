@@ -168,7 +168,7 @@ def _topics(report: Report, node: Node, what: str, messages: Messages) -> Iterat
         try:
             if NAME.match(kind.text) is None:
                 hint = f"write `{'/msg/'.join(kind.text.split('/'))}`" if kind.text.count("/") == 1 else ""
-                raise Unreadable(f"`{kind.text[:60]}` is no type of ROS 2", hint or "write `PACKAGE/msg/NAME`")
+                raise Unreadable(f"`{kind.text[:60]}` is not a type of ROS 2", hint or "write `PACKAGE/msg/NAME`")
             messages.find(kind.text)
         except Unreadable as problem:
             _say(report, problem, kind)

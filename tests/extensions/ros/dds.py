@@ -71,6 +71,9 @@ class Child:
         }  # fmt: skip
         self.tell(hello=1, port="p", inputs=inputs, outputs=dict.fromkeys(outputs, BOOL), requests={}, told=told)
 
+    def fileno(self) -> int:
+        return self._socket.fileno()
+
     def tell(self, **line: object) -> None:
         self._socket.sendall(json.dumps(line).encode() + b"\n")
 
@@ -101,6 +104,13 @@ class Child:
         found: dict[str, Any] = self.until("values")["values"]
         return found
 
+    def upto(self, values: Mapping[str, Any]) -> list[dict[str, Any]]:
+        """The messages until this one comes, and it."""
+        found = [self.values()]
+        while found[-1] != values:
+            found.append(self.values())
+        return found
+
     def close(self) -> int:
         """The exit code, after the run has ended."""
         self.tell(end="stopped")
@@ -119,12 +129,22 @@ class Child:
 def child(*args: Any, **told: Any) -> Iterator[Child]:
     made = Child(*args, **told)
     try:
-        assert made.line() == {"hello": 1, "values": {}}, made.said
+        assert made.line() == {"hello": 1}, made.said
         yield made
         assert made.close() == 0
     finally:
         if made.process.poll() is None:
             made.kill()
+
+
+def connect(reads: Child, writes: Child, values: Mapping[str, Any]) -> dict[str, Any]:
+    """What is first read of each topic, which is said again until each side knows the other."""
+    found: dict[str, Any] = {}
+    while values.keys() - found:
+        writes.tell(values=values)
+        while select.select([reads], [], [], 0.05)[0] or reads.has_said():
+            found = {**reads.line().get("values", {}), **found}
+    return found
 
 
 STANDARD = {

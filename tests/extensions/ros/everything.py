@@ -3,7 +3,7 @@
 The peer is ours, with the code that `fastddsgen` makes of the IDL; it is built once, into the folder of the oracles.
 Arrays of strings are not among its fields: the code that `fastddsgen` 2.3 makes passes over them. The peer reads
 `rt/ping`, prints each message as a line of JSON and sends it back on `rt/pong`; it counts what comes on
-`rt/counts_in`, and sends as many messages on `rt/counts_out` as it is asked for.
+`rt/counts_in` from 1 on, and sends as many messages on `rt/counts_out` as it is asked for.
 """
 
 from __future__ import annotations
@@ -161,11 +161,16 @@ struct Echo : DataReaderListener {
     }
 };
 struct Counter : DataReaderListener {
-    std::atomic<uint64_t> seen{0}, wrong{0};
+    std::atomic<uint64_t> last{0}, wrong{0};
+    std::atomic<bool> heard{false};
     void on_data_available(DataReader* reader) override {
         Count_ m; SampleInfo info;
         while (reader->take_next_sample(&m, &info) == ReturnCode_t::RETCODE_OK)
-            if (info.valid_data) { seen++; if (m.t() != m.n() / 2.0) wrong++; }
+            if (info.valid_data) {
+                heard = true;
+                if (m.n() == last + 1) last = m.n();
+                if (m.n() != 0 && (m.n() != last || m.t() != m.n() / 2.0)) wrong++;
+            }
     }
 };
 
@@ -220,8 +225,10 @@ int main(int, char** given) {
             }
             line("published " + std::to_string(number));
         } else if (word == "count") {
-            while (counter.seen < number) std::this_thread::sleep_for(std::chrono::milliseconds(2));
-            line("counted " + std::to_string(counter.seen) + " wrong " + std::to_string(counter.wrong));
+            while (counter.last < number) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+            line("counted " + std::to_string(counter.last) + " wrong " + std::to_string(counter.wrong));
+        } else if (word == "heard") {
+            line(counter.heard ? "yes" : "no");
         }
     }
     participant->delete_contained_entities();

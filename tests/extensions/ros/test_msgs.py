@@ -23,7 +23,7 @@ from tests.extensions.ros.everything import IDL, MSG
 
 EVERYTHING = Named("demo/msg/Everything")
 WRONG = [
-    ("bool\n", 1, "is no field"),
+    ("bool\n", 1, "is not a field"),
     ("\n\nbool open\nint8 open\n", 4, "two fields `open`"),
     ("wstring name\n", 1, "on which all vendors agree"),
     ("time stamp\n", 1, "of ROS 1"),
@@ -38,14 +38,14 @@ WRONG = [
     ("uint8[<=2] x [1, 2, 3]\n", 1, "cannot be its default"),
     ("string<=2 x abc\n", 1, "cannot be its default"),
     ("Twist t 3\n", 1, "only plain fields"),
-    ("a/b/c/D x\n", 1, "is no type"),
+    ("a/b/c/D x\n", 1, "is not a type"),
 ]
 WRONG_IDL = [
     ("struct A { bool x; };", "there is no type `bool`"),
     ("module a {\n struct A { long x };\n};", "`}` is not expected"),
     ("module a { struct A { @key long x; }; };", "`@key` is not a part"),
     ("module a { struct A { wstring x; }; };", "on which all vendors agree"),
-    ("module a { struct A { long x[0]; }; };", "`0` is no size"),
+    ("module a { struct A { long x[0]; }; };", "`0` is not a size"),
     ("module a { enum E { A, B }; };", "`enum` is not expected"),
     ("module a {", "a module has no end"),
     ("module a { struct A { long", "ends too early"),
