@@ -260,7 +260,8 @@ class _Reader:
         for key, value in () if mapping is None else mapping.items:
             rest = self.report.scalar(value, f"the value of rest of `{key.text[:60]}`")
             if key.text not in inputs or key.text in self._free:
-                hint = did_you_mean(key.text, inputs) or "also name it under `inputs`"
+                known = [name for name in inputs if name not in self._free]
+                hint = did_you_mean(key.text, known) or "also name it under `inputs`"
                 self.report.error(UNKNOWN, f"{what} has no input `{key.text[:60]}` that changes", key.span, hint)
             elif rest is not None:
                 found[key.text] = rest.text
@@ -300,6 +301,7 @@ class _Reader:
         before = len(self.report.diagnostics)
         plant = self._described.get(name)
         of = self.report.choice(found.get("kind"), f"`kind` of {told}", tuple(STATES), "")
+        of = of or next((word for word in more.keys if word in STATES and word in found), "")
         words = {"kind": of} | {w: self._word(found, w) for w in ("ask", "state")}
         for word, given in words.items():
             words[word] = self._agreed(found.get(word), word, given, plant, key, told)
@@ -377,8 +379,9 @@ class _Reader:
             what = "an input" if ask in self._inputs else "no truth value"
             self.report.error(MISFIT, f"`{ask}` of {told} is {what}", at["ask"], "write a `bool` that machines set")
         if state not in self._inputs or state in self._free:
-            hint = did_you_mean(state, self._inputs) or "write an input whose values are states of a request"
-            self.report.error(UNKNOWN, f"there is no input `{state[:60]}`", at["state"], hint)
+            known = [name for name in self._inputs if name not in self._free]
+            hint = did_you_mean(state, known) or "write an input whose values are states of a request"
+            self.report.error(UNKNOWN, f"there is no input `{state[:60]}` that changes", at["state"], hint)
             return
         self._take(f"the input `{state}`", at["state"], f"two ports feed the input `{state}`")
         kind = cast(RequestKind, words["kind"])

@@ -38,8 +38,10 @@ class Handshake:
         self.request, self._asked = request, asked
         self.number = 0
         """Of what is under way; 0: nothing is."""
-        self._state, self._seen, self._shown = IDLE, False, False
-        """What is posted, the newest `ask`, and whether a frame has had the state."""
+        self.state = IDLE
+        """What is posted."""
+        self._seen, self._shown = False, False
+        """The newest `ask`, and whether a frame has had the state."""
         self._next: deque[tuple[str, Mapping[str, Json]]] = deque()
         self._last = IDLE
         """The state that was reported last."""
@@ -50,9 +52,9 @@ class Handshake:
         """Before the first cycle."""
         self._show(IDLE, {})
 
-    def see(self, ask: bool, state: str, now: float) -> None:
-        """A frame has these values of `ask` and `state`, the latter as the request has it."""
-        self._seen, self._shown = ask, self._shown or state == self._state
+    def see(self, ask: bool, *, shown: bool, now: float) -> None:
+        """A frame has this value of `ask`, and has `shown` the state that is posted, or another one."""
+        self._seen, self._shown = ask, self._shown or shown
         self._move(now)
 
     def look(self, now: float) -> None:
@@ -82,7 +84,7 @@ class Handshake:
             elif self._next:
                 self._next[-1] = (state, {**self._next[-1][1], **values})
             elif values:
-                self._asked.show(self.request, self._state, self.request.feedback, values)
+                self._asked.show(self.request, self.state, self.request.feedback, values)
         else:
             ends = set(STATES[kind]) - {IDLE, *UNDER_WAY[kind]} - ({"TIMED_OUT"} if kind == "service" else set())
             if self._last == "ACTIVE":
@@ -104,13 +106,13 @@ class Handshake:
 
     def _move(self, now: float) -> None:
         kind = self.request.kind
-        under_way = self._state in UNDER_WAY[kind]
+        under_way = self.state in UNDER_WAY[kind]
         if under_way and not self._seen and self.number and not self._cancelled:
             self._cancelled = True
             self._asked.cancel(self.number)
         if not self._shown:
             return
-        if self._state == IDLE:
+        if self.state == IDLE:
             if self._seen:
                 self._begin(now)
         elif under_way:
@@ -130,7 +132,7 @@ class Handshake:
 
     def _show(self, state: str, values: Mapping[str, Json]) -> None:
         under_way = state in UNDER_WAY["action"]
-        self._state, self._shown = state, False
+        self.state, self._shown = state, False
         if state == IDLE:
             self.number = 0
             self._next.clear()

@@ -237,9 +237,9 @@ class RunLink:
         now = self._clock()
         for handshake in self.handshakes:
             request = handshake.request
-            state = _text(self._slots[request.state].value(frame))
+            shown = self._slots[request.state].value(frame) == self.called(handshake.state)
             self._sends = {field: self.theirs(self._slots[name].value(frame)) for name, field in request.sends.items()}
-            handshake.see(bool(self._slots[request.ask].value(frame)), state, now)
+            handshake.see(bool(self._slots[request.ask].value(frame)), shown=shown, now=now)
 
     def theirs(self, value: Shown) -> Shown:
         """A value as the other side calls it."""
@@ -324,6 +324,8 @@ class RunLink:
             self._fail(late, f"no message for {limit:g} s")
         for handshake in self.handshakes:
             handshake.look(now)
+        if self._pulses and self._posts is not None:
+            self._posts.forward()
 
     @property
     def due(self) -> float | None:

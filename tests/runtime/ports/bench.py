@@ -17,6 +17,8 @@ from llfsm_verify.runtime.live.slots import inputs_of, slots_of
 from llfsm_verify.runtime.ports.file import read_ports
 from llfsm_verify.runtime.ports.port import PortSpec
 from llfsm_verify.runtime.ports.ports import Ports
+from llfsm_verify.arrangement.requests import Request
+from llfsm_verify.runtime.stepping.drawing import free_inputs
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.values import Shown
 from tests.runtime.live.runs import code_of
@@ -32,8 +34,8 @@ def kinds() -> LiveCode:
 class Bench:
     """`now` is the time that ports have; `said` is what they said."""
 
-    def __init__(self, specs: Sequence[PortSpec]) -> None:
-        code = kinds()
+    def __init__(self, specs: Sequence[PortSpec], code: LiveCode | None = None) -> None:
+        code = code or kinds()
         self.now = 0.0
         self.said: list[str] = []
         self.loop = Loop(code, held=starting_values(code.program))
@@ -78,20 +80,20 @@ class Bench:
 
 
 @contextmanager
-def bench(*specs: PortSpec) -> Iterator[Bench]:
-    made = Bench(specs)
+def bench(*specs: PortSpec, code: LiveCode | None = None) -> Iterator[Bench]:
+    made = Bench(specs, code)
     try:
         yield made
     finally:
         made.close()
 
 
-def declared(text: str, folder: Path) -> tuple[PortSpec, ...]:
-    """The ports that a file of this text declares."""
-    code = kinds()
+def declared(text: str, folder: Path, code: LiveCode | None = None, **requests: Request) -> tuple[PortSpec, ...]:
+    """The ports that a file of this text declares, beside the requests of plants."""
+    code = code or kinds()
     path = folder / "test.ports.yaml"
     path.write_text(text)
-    return read_ports(str(path), inputs_of(code.program), slots_of(code))
+    return read_ports(str(path), inputs_of(code.program), slots_of(code), requests, free_inputs(code.program))
 
 
 def lines_of(descriptor: int, serve: Callable[[], None]) -> Iterator[str]:

@@ -1,0 +1,246 @@
+"""Requests of ports: every state is seen by a cycle, and follows the one before as plants have it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from itertools import pairwise
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.jsonvalue import Json
+from llfsm_verify.runtime.ports.handshake import Handshake
+from llfsm_verify.arrangement.requests import IDLE, STATES, Request, RequestKind
+from tests.runtime.ports.bench import bench, declared
+from tests.runtime.ports.picker import picker, port
+
+SERVICE = """requests:
+  locate: {kind: service, ask: locate, state: locate_state, sends: {gain: gain}, answers: {fruits: list.0.count}}"""
+ACTION = """values: {ABORTED: PREEMPTED}
+requests:
+  arm: {kind: action, ask: reach, state: arm_state, feedback: {distance: d}, answers: {fruits: fruits}}"""
+WANTS = "{level: level, wants: wants}"
+ANSWERS = """
+log = open("log", "w", buffering=1)
+for message in messages:
+    print(json.dumps(message), file=log)
+"""
+
+
+def test_a_service_is_asked_and_answers_once(tmp_path: Path) -> None:
+    program = (
+        ANSWERS
+        + """
+    if "request" in message:
+        number = message["request"]
+        say(answer=number, values={"list": [{"count": 4}]})
+        say(answer=number, values={"list": [{"count": 5}]})
+        say(values={"wants": 0})
+"""
+    )
+    hello = json.dumps({"hello": 1, "values": {"wants": 1}})
+    text = port(tmp_path, program, SERVICE, hello=hello).replace("{level: level}", WANTS)
+    with bench(*declared(text, tmp_path, picker()), code=picker()) as made:
+        seen: list[object] = []
+        while seen[-2:] != ["DONE", IDLE]:
+            made.turn()
+            seen += [made.value("locate_state")] if seen[-1:] != [made.value("locate_state")] else []
+        assert seen == [IDLE, "WAITING", "DONE", IDLE] and made.value("fruits") == 4
+        made.until(lambda: made.ports.counts["p"].malformed == 1)
+        assert "has the number 1, for which nothing waits" in made.said[0]
+        made.end("stopped")
+    lines = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
+    (request,) = [line for line in lines if "request" in line]
+    assert request == {"request": 1, "name": "locate", "values": {"gain": 0}}
+
+
+def test_an_action_goes_through_its_states_with_feedback(tmp_path: Path) -> None:
+    program = (
+        ANSWERS
+        + """
+    if "request" in message:
+        n = message["request"]
+        say(state="ACTIVE", of=n, values={"d": 5}); say(state="ACTIVE", of=n, values={"d": 3}); say(values={"wants": 0})
+    if "cancel" in message:
+        say(answer=message["cancel"], state="ABORTED", values={"fruits": 2})
+"""
+    )
+    hello = json.dumps({"hello": 1, "values": {"wants": 2}})
+    text = port(tmp_path, program, ACTION, hello=hello).replace("{level: level}", WANTS)
+    with bench(*declared(text, tmp_path, picker()), code=picker()) as made:
+        seen: list[object] = []
+        while seen[-2:] != ["PREEMPTED", IDLE]:
+            made.turn()
+            seen += [made.value("arm_state")] if seen[-1:] != [made.value("arm_state")] else []
+        assert seen == [IDLE, "PENDING", "ACTIVE", "PREEMPTED", IDLE]
+        assert (made.value("distance"), made.value("fruits")) == (3, 2) and made.said == []
+
+
+def test_a_service_that_is_late_is_timed_out_and_its_answer_thrown_away(tmp_path: Path) -> None:
+    program = (
+        ANSWERS
+        + """
+    if "cancel" in message:
+        say(answer=message["cancel"], values={"list": [{"count": 7}]}); say(values={"level": 4})
+"""
+    )
+    keys = SERVICE.replace("locate_state,", "locate_state, timeout: 5s,")
+    hello = json.dumps({"hello": 1, "values": {"wants": 1}})
+    text = port(tmp_path, program, keys, hello=hello).replace("{level: level}", WANTS)
+    with bench(*declared(text, tmp_path, picker()), code=picker()) as made:
+        made.until(made.has("locate_state", "WAITING"))
+        assert made.ports.patience <= 5.0
+        made.now = 5.0
+        made.until(made.has("locate_state", "TIMED_OUT"))
+        made.until(made.has("level", 4))
+        made.turn()
+        assert made.value("fruits") == 0 and made.said == [] and made.value("locate_state") == "TIMED_OUT"
+
+
+@pytest.mark.parametrize(("keys", "wants", "state", "end"), [
+    (SERVICE, 1, "locate_state", "FAILED"), (ACTION, 2, "arm_state", "LOST"),
+])  # fmt: skip
+def test_a_child_that_dies_fails_its_requests(keys: str, wants: int, state: str, end: str, tmp_path: Path) -> None:
+    hello = json.dumps({"hello": 1, "values": {"wants": wants}})
+    program = 'for message in messages:\n    if "request" in message: os._exit(1)\n'
+    text = port(tmp_path, program, f"{keys}\nrestart: false", hello=hello).replace("{level: level}", WANTS)
+    with bench(*declared(text, tmp_path, picker()), code=picker()) as made:
+        made.until(made.has(state, end))
+
+
+# ---------------------------------------------------------------- against another description of the handshake
+
+MOVES: dict[str, dict[str, set[str]]] = {
+    "service": {"WAITING": {"DONE", "FAILED", "TIMED_OUT", IDLE}},
+    "action": {
+        "PENDING": {"ACTIVE", "RECALLED", "REJECTED", "LOST"},
+        "ACTIVE": {"SUCCEEDED", "PREEMPTED", "ABORTED", "LOST"},
+    },
+}  # fmt: skip
+"""As the page draws them; IDLE follows only what was seen to be not wanted any more."""
+
+
+class Asked:
+    """The run of a handshake: frames come late, and whoever answers says anything at any time."""
+
+    def __init__(self) -> None:
+        self.posted: list[str] = []
+        self.asked: list[int] = []
+        self.cancelled: list[int] = []
+        self.shown: list[tuple[str, dict[str, Json]]] = []
+
+    def show(self, request: Request, state: str, answers: Mapping[str, str], values: Mapping[str, Json]) -> None:
+        self.shown.append((state, dict(values)))
+        self.posted += [state] if self.posted[-1:] != [state] else []
+
+    def number(self, handshake: Handshake) -> int:
+        return len(self.asked) + 1
+
+    def ask(self, request: Request, number: int) -> None:
+        self.asked.append(number)
+
+    def cancel(self, number: int) -> None:
+        self.cancelled.append(number)
+
+
+@pytest.mark.parametrize("kind", ["service", "action"])
+@pytest.mark.parametrize("seed", range(60))
+def test_random_orders_of_events_are_runs_of_the_plant(kind: RequestKind, seed: int) -> None:
+    random, asked = Random(seed), Asked()
+    handshake = Handshake(Request("r", kind, "ask", "state", timeout=random.choice([None, 3.0])), asked)
+    handshake.begin()
+    ask, frame, now, seen = False, IDLE, 0.0, False
+    changes: list[tuple[str, str, bool]] = []
+    for _ in range(300):
+        before = len(asked.posted)
+        match random.randrange(4):
+            case 0:
+                ask = random.random() < 0.6
+                frame, seen = asked.posted[-1] if random.random() < 0.8 else frame, ask
+                handshake.see(ask, shown=frame == handshake.state, now=now)
+            case 1:
+                now += random.random()
+                handshake.look(now)
+            case 2 if handshake.number:
+                handshake.report(random.choice(STATES[kind]), {}, now, end=False)
+            case 3 if handshake.number:
+                end = random.choice([*STATES[kind], "", "nonsense"])
+                handshake.report(end, {"fruits": 1}, now, end=True)
+        new = asked.posted[before:]
+        assert len(new) <= 1 or (new == [IDLE, "WAITING"]), "a state that no cycle could see"
+        changes += [(old, state, seen) for old, state in pairwise(asked.posted[before - 1 :])]
+        assert len(asked.cancelled) == len(set(asked.cancelled)) and set(asked.cancelled) <= set(asked.asked)
+    moves, first = MOVES[kind], "WAITING" if kind == "service" else "PENDING"
+    for old, new_state, wanted in changes:
+        if old == IDLE:
+            assert (new_state, wanted) == (first, True)
+        elif new_state == IDLE:
+            assert not wanted and (old not in moves or kind == "service")
+        else:
+            assert new_state in moves[old], (old, new_state)
+    assert len(changes) > 20
+
+
+# ---------------------------------------------------------------- what is wrong in a file
+
+PLANT = Request("locate", "service", "locate", "locate_state", answers={"fruits": "fruits"}, timeout=2.0)
+TEXT = "ports: {p: {kind: process, run: [a], REST}}"
+LOCATE = "requests: {locate: {kind: service, ask: locate, state: locate_state}}"
+FED = TEXT.replace("REST", f"inputs: [fruits], on_failure: stale, {LOCATE}")
+WRONG = [
+    (TEXT.replace("run: [a]", "run: §[]").replace("REST", LOCATE), "E493", "python3"),
+    (TEXT.replace("run: [a]", "run: §a 'b").replace("REST", LOCATE), "E493", "python3"),
+    (TEXT.replace("run: [a]", "run: §''").replace("REST", LOCATE), "E032", "value"),
+    ("ports: {p: §{kind: process, outputs: [now]}}", "E034", "run"),
+    (TEXT.replace("REST", "patience: §soon, outputs: [now]"), "E493", "500ms"),
+    (TEXT.replace("REST", "restart: §never, outputs: [now]"), "E035", "true"),
+    (TEXT.replace("REST", "clock: §outside, outputs: [now]"), "E035", "external"),
+    (TEXT.replace("REST", "outputs: [now], values: {Go: §STRAT}"), "E493", "START"),
+    (TEXT.replace("REST", "outputs: [now], values: §[Go]"), "E030", "key: value"),
+    (TEXT.replace("REST", "outputs: [now], when: §nwo"), "E493", "now"),
+    (TEXT.replace("REST", "inputs: [start], on_failure: stale, when: §now"), "E493", "leave out"),
+    (TEXT.replace("REST", "inputs: [start], on_failure: stale, events: {§level: 0}"), "E493", "start"),
+    (TEXT.replace("REST", "inputs: [start], on_failure: stale, events: {start: §STOP}"), "E493", "type"),
+    (TEXT.replace("REST", "inputs: [gain], on_failure: stale, events: {§gain: 1}"), "E493", "under `inputs`"),
+    (TEXT.replace("REST", "outputs: {now: a, starts: §a.b}"), "E494", "not both"),
+    ("ports: {p: {kind: stream, read: a, inputs: §[gain], on_failure: stale}}", "E527", "--set gain"),
+    ("ports: {p: {kind: stream, write: a, outputs: [now], §requests: {}}}", "E033", "known keys"),
+    (TEXT.replace("REST", "requests: {§arm: {ask: reach, state: arm_state}}"), "E034", "environment"),
+    (TEXT.replace("REST", "requests: {§arm: {kind: action, state: arm_state}}"), "E034", "ask"),
+    (TEXT.replace("REST", LOCATE.replace("service", "§servce")), "E035", "service"),
+    (TEXT.replace("REST", LOCATE.replace("ask: locate", "ask: §lcate")), "E493", "locate"),
+    (TEXT.replace("REST", LOCATE.replace("ask: locate", "ask: §starts")), "E526", "bool"),
+    (TEXT.replace("REST", LOCATE.replace("locate_state", "§arm_state")), "E526", "add it"),
+    (TEXT.replace("REST", LOCATE.replace("locate_state", "§gain")), "E493", "states"),
+    (TEXT.replace("REST", LOCATE.replace("state}", "state, feedback: §{fruits: a}}")), "E526", "leave it out"),
+    (TEXT.replace("REST", "requests: {arm: {kind: action, ask: reach, state: §arm_state}}"), "E526", "ABORTED"),
+    (TEXT.replace("REST", LOCATE.replace("state}", "state, answers: {§friuts: a}}")), "E493", "fruits"),
+    (FED.replace("state}", "state, answers: [§fruits]}"), "E494", "remove"),
+    (TEXT.replace("REST", "requests: {locate: {ask: §reach}}"), "E526", "plant says"),
+    (TEXT.replace("REST", "requests: {locate: {timeout: §3s}}"), "E526", "the same"),
+    (TEXT.replace("REST", "requests: {locate: {answers: §{level: a}}}"), "E526", "`answers` of the plant"),
+    (TEXT.replace("REST", "requests: {locate: {§servce: a}}"), "E033", "known keys"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "code", "hint"), WRONG)
+def test_what_is_wrong_is_said_at_its_place(text: str, code: str, hint: str, tmp_path: Path) -> None:
+    plants = {} if "kind: service" in text or "kind: §" in text else {"locate": PLANT}
+    with pytest.raises(DiagnosticError) as caught:
+        declared(text.replace("§", ""), tmp_path, picker(), **plants)
+    place = Source("x", text.replace("§", "")).position(text.index("§"))
+    found = [(d.code, d.span and (d.span.line, d.span.column)) for d in caught.value.diagnostics]
+    assert found == [(code, place)], caught.value
+    assert hint in (caught.value.diagnostics[0].hint or ""), caught.value.diagnostics[0].hint
+
+
+def test_a_plant_describes_a_request(tmp_path: Path) -> None:
+    text = TEXT.replace("REST", "requests: {locate: {answers: {fruits: list.count}, sends: [now]}}")
+    (spec,) = declared(text, tmp_path, picker(), locate=PLANT)
+    assert spec.requests == (
+        Request("locate", "service", "locate", "locate_state", {"now": "now"}, {"fruits": "list.count"}, timeout=2.0),
+    )
+    assert spec.fed == {"locate_state", "fruits"}
