@@ -587,7 +587,7 @@ class Ports:
                 link.latest = frame[CYCLE]
             if due and (spec.outputs or always):
                 values = {field: link.theirs(self._slots[name].value(frame)) for name, field in spec.outputs.items()}
-                if spec.when is not None:
+                if spec.when is not None and link.pace is None:
                     key = {"": self._slots[spec.when].value(frame)}
                     changed = key != self._keys.setdefault(link.name, key)
                     self._keys[link.name] = key

@@ -101,6 +101,7 @@ def paced(
     last: int = -1,
     how: str = "separate",
     arrangement: Arrangement | None = None,
+    when: str | None = None,
 ) -> Iterator[Paced]:
     arrangement = arrangement or several()
     code = LiveCode(lower(arrangement, keep_all_bits=True), safe=safe_values(arrangement))
@@ -119,7 +120,7 @@ def paced(
             worlds.append(World(link, rounds if last < 0 else last, lambda: of.then()))  # noqa: PLW0108 - it changes
             return worlds[0]
 
-        spec = PortSpec("world", start, {"x": "x"}, OUTPUTS, paces=True)
+        spec = PortSpec("world", start, {"x": "x"}, OUTPUTS, paces=True, when=when)
         with made as run:
             ports = Ports(
                 [spec], shared.posts, shared.segment.newest, slots_of(code), stop=run.stop, say=said.append, pace=pace
@@ -164,7 +165,8 @@ def test_a_world_that_hangs_is_waited_for_until_the_run_is_stopped(monkeypatch: 
 
 
 def test_a_pause_while_the_loop_waits_loses_no_cycle() -> None:
-    with paced(rounds=9, last=3) as made:
+    """Nor does a `when`, which is for ports that time paces."""
+    with paced(rounds=9, last=3, when="x") as made:
         asked = []
 
         def pause() -> bool:
