@@ -11,13 +11,13 @@ from functools import cache
 from pathlib import Path
 
 from llfsm_verify.arrangement.loader import build_arrangement
+from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.runtime.live.slots import inputs_of, slots_of
 from llfsm_verify.runtime.ports.file import read_ports
 from llfsm_verify.runtime.ports.port import PortSpec
 from llfsm_verify.runtime.ports.ports import Ports
-from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.runtime.stepping.drawing import free_inputs
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.values import Shown

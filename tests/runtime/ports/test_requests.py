@@ -10,10 +10,10 @@ from random import Random
 
 import pytest
 
+from llfsm_verify.arrangement.requests import IDLE, STATES, Request, RequestKind
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.ports.handshake import Handshake
-from llfsm_verify.arrangement.requests import IDLE, STATES, Request, RequestKind
 from tests.runtime.ports.bench import bench, declared
 from tests.runtime.ports.picker import picker, port
 
