@@ -140,8 +140,7 @@ def launched(
 
 def declared_ports(path: str, arrangement: Arrangement, code: LiveCode) -> tuple[PortSpec, ...]:
     """The ports in a file. DiagnosticError: see `read_ports`."""
-    plants = getattr(arrangement, "plants", ())
-    requests = {of.name: of for plant in plants if (of := plant.request) is not None}
+    requests = {of.name: of for plant in arrangement.plants if (of := plant.request) is not None}
     return read_ports(path, inputs_of(code.program), slots_of(code), requests, free_inputs(code.program))
 
 

@@ -317,7 +317,7 @@ class _Reader:
             )
         timeout = self._agreed_time(found, plant, told)
         extra = {word: self._word(found, word) for word in more.keys if word in found}
-        self._fits(words, timeout, values, found, key, told)
+        self._fits(words, timeout, values if plant is None else {**plant.values, **values}, found, key, told)
         for part, inputs in (("answers", plant.answers), ("feedback", plant.feedback)) if plant is not None else ():
             for other in [other for other in fields[part] if other not in inputs]:
                 message = f"the plant of {told} never changes `{other}`, which is named under `{part}`"

@@ -166,8 +166,7 @@ class PortSpec:
     @property
     def fed(self) -> frozenset[str]:
         """All inputs to which it gives values."""
-        asked = (name for r in self.requests for name in (r.state, *r.answers, *r.feedback))
-        return frozenset((*self.inputs, *asked))
+        return frozenset((*self.inputs, *(name for request in self.requests for name in request.fed)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -237,7 +237,7 @@ class RunLink:
         now = self._clock()
         for handshake in self.handshakes:
             request = handshake.request
-            shown = self._slots[request.state].value(frame) == self.called(handshake.state)
+            shown = self._slots[request.state].value(frame) == self.called(request, handshake.state)
             self._sends = {field: self.theirs(self._slots[name].value(frame)) for name, field in request.sends.items()}
             handshake.see(bool(self._slots[request.ask].value(frame)), shown=shown, now=now)
 
@@ -245,14 +245,14 @@ class RunLink:
         """A value as the other side calls it."""
         return self._theirs.get(text(value), value) if self._theirs else value
 
-    def called(self, state: str) -> str:
+    def called(self, request: Request, state: str) -> str:
         """A state of a request as the arrangement calls it."""
-        return self.spec.values.get(state, state)
+        return self.spec.values.get(state, request.values.get(state, state))
 
     def show(self, request: Request, state: str, answers: Mapping[str, str], values: Mapping[str, Json]) -> None:
         """See `Asked`."""
         assert self._posts is not None
-        self._posts.post({**self._fitting(_picked(answers, values)), request.state: self.called(state)})
+        self._posts.post({**self._fitting(_picked(answers, values)), request.state: self.called(request, state)})
 
     def number(self, handshake: Handshake) -> int:
         """See `Asked`."""
