@@ -60,14 +60,21 @@ SERVERS = "/usr/sbin"
 """Where Debian puts servers, which is not on the path of everybody."""
 SYSTEM = "/usr/lib/python3/dist-packages"
 """Where Debian puts packages for its own Python."""
-OF_SYSTEM = {"rospy": ("rospy", "rosmaster", "std_msgs", "actionlib", "geometry_msgs")}
+OF_SYSTEM = {"rospy": ("rospy", "rosmaster", "std_msgs", "actionlib", "geometry_msgs", "rosbag")}
 """Packages for that Python, by the name of the oracle."""
 FROM_DEBIAN = {
     "spin": ("spin",),
     "gcc": ("gcc",),
     "make": ("make",),
     "mosquitto": ("mosquitto",),
-    "rospy": ("python3-rospy", "python3-rosmaster", "python3-std-msgs", "python3-actionlib", "python3-geometry-msgs"),
+    "rospy": (
+        "python3-rospy",
+        "python3-rosmaster",
+        "python3-std-msgs",
+        "python3-actionlib",
+        "python3-geometry-msgs",
+        "python3-rosbag",
+    ),
     "g++": ("g++",),
     "clang": ("clang-14",),
     "clang-rt": ("clang-14", "libclang-rt-14-dev"),

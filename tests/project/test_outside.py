@@ -40,7 +40,9 @@ INNER = """
         pass
 """
 
-ROSPY = "python3-rospy python3-rosmaster python3-std-msgs python3-actionlib python3-geometry-msgs"
+ROSPY = (
+    "python3-rospy python3-rosmaster python3-std-msgs python3-actionlib python3-geometry-msgs python3-rosbag"
+)
 """What Debian has of ROS 1."""
 
 

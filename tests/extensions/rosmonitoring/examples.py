@@ -4,6 +4,16 @@ from __future__ import annotations
 
 from tests.outputs.provoking import LAMP, Provoked
 
+DOOR = """\
+name: door
+cycle_ms: 100
+whiteboard:
+  open: {type: bool, role: input}
+  speed: {type: 0..9, role: input}
+machines: {m: {inline: {machine: M, states: [{name: A, stays: true}]}}}
+schedule: [m]
+"""
+"""An arrangement for logs of two topics."""
 NOT_HERE = "192.0.2.1"
 """An address of documentation, which no computer has."""
 PROVOKED = {

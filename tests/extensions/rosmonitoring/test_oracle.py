@@ -15,23 +15,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import websocket
 
 from tests.cli.running import llfsm
-from tests.extensions.rosmonitoring.examples import NOT_HERE
+from tests.extensions.rosmonitoring.examples import DOOR, NOT_HERE
 
-websocket = pytest.importorskip("websocket", reason="needs websocket-client, the client of ROSMonitoring")
-pytest.importorskip("websockets", reason="needs websockets, which serves")
 pytestmark = pytest.mark.slow
 
-DOOR = """\
-name: door
-cycle_ms: 100
-whiteboard:
-  open: {type: bool, role: input}
-  speed: {type: 0..9, role: input}
-machines: {m: {inline: {machine: M, states: [{name: A, stays: true}]}}}
-schedule: [m]
-"""
 SAFE, SOON = "safe: G (open -> speed <= 5)", "soon: G (open -> F[<=1s] speed == 0)"
 SPEED = '{column: "cmd_vel:twist.linear.x", scale: 10}'
 MAPPING = f'columns: {{open: "door:data", speed: {SPEED}}}\ntime: time\n'

@@ -102,8 +102,22 @@ def mcap_log(path: Path) -> None:
         writer.finish()
 
 
+def rosbag_log(path: Path) -> None:
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg("bool car\nstring n", "robot/msg/Seen"))
+    with Writer(path) as writer:
+        connection = writer.add_connection("/robot", "robot/msg/Seen", typestore=store)
+        for number, (car, n) in enumerate(((True, "3"), (False, ""), (True, "-1"))):
+            message = store.types["robot/msg/Seen"](car, n)
+            writer.write(connection, number, store.serialize_ros1(message, "robot/msg/Seen"))
+
+
 MADE: dict[str, tuple[Callable[[Path], None], str | None]] = {
     "csv": (csv_log, None), "parquet": (parquet_log, None), "mcap": (mcap_log, "/robot"),
+    "rosbag": (rosbag_log, "/robot"),
 }  # fmt: skip
 
 
@@ -111,7 +125,7 @@ MADE: dict[str, tuple[Callable[[Path], None], str | None]] = {
 @pytest.mark.parametrize("name", LOGS)
 def test_logs(name: str, tmp_path: Path) -> None:
     make, topic = MADE[name]
-    path = tmp_path / f"log.{name}"
+    path = tmp_path / f"log{LOGS[name].suffixes[0]}"
     make(path)
     assert failures(log_cases(name, path, ROWS, topic)) == {}
 

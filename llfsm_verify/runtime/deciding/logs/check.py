@@ -41,7 +41,7 @@ def check_log(
     """
     reading = LogReading(arrangement, properties, mapping_path, path)
     mapping, watches = reading.mapping, reading.watches
-    if mapping.ended and Path(path).exists() and not Path(path).is_file():
+    if mapping.ended and Path(path).exists() and not (Path(path).is_file() or Path(path).is_dir()):
         message = "a log with `ended: true` in its mapping may be read twice, and this is not a regular file"
         raise DiagnosticError(Diagnostic(UNREADABLE, message, file=path, hint="write the log to a file first"))
     stamps: list[Fraction] = []
