@@ -30,7 +30,7 @@ from llfsm_verify.extensions.crops.transitions import (
 )
 
 LOG = logging.getLogger("llfsm_verify.crops")
-LOOKS = 10
+LOOKS = 5
 """Looks at the newest frame in a cycle."""
 SHORTEST = 0.0002
 """Seconds between two of them, at least."""
@@ -94,11 +94,13 @@ class Driver:
         self._busy = {id(state): threading.Lock() for state in states.values()}
         self._worker = Worker()
         self._current: Execution | None = None
+        self._active: str | None = None
+        """The state that was executed last, until it leads to another or is cancelled."""
         self._commands: deque[Command] = deque()
         self._wake = threading.Event()
+        self._said: set[str] = set()
         self.label: str | None = None
         """The label or final outcome in which the machine is; None: it is paused."""
-        self.executions = 0
 
     def command(self, kind: str, label: str | None = None) -> Command:
         """Let the machine be commanded, after all that was asked for before. From any thread."""
@@ -136,18 +138,18 @@ class Driver:
         name, ticket = str(values[MACHINE]), int(str(values[TICKET_SLOT]))
         self.label = self._names.get(name)
         label = self.label if self.label in self._found.labels else None
-        if label is not None and not self._found.is_of(ticket, label):
-            due = self._found.next_ticket(ticket, label)  # it is entered in the next cycle
-        else:
-            due = ticket
-        if self._commands:
-            self._operate(name, ticket)
+        entered = label is None or self._found.is_of(ticket, label)
+        due = ticket if entered else self._found.next_ticket(ticket, str(label))  # it is entered in the next cycle
         current = self._current
         if current is not None and (current.label, current.ticket) != (label, due):
             self._leave(current)
             current = self._current = None
-        if label is None or (self._commands and self._commands[0].kind == "enter"):
-            return  # what is about to be left is not begun
+        if self._active not in (None, self.label):
+            self._cancel()
+        if self._commands and entered and (current is None or current.posted is None):
+            self._operate(name, ticket)  # now the machine goes nowhere by itself
+        if label is None or self._commands:
+            return  # what is about to be left is not begun, nor answered
         if current is None:
             current = self._begin(label, due)
         self._answer(current)
@@ -156,7 +158,7 @@ class Driver:
         state = self._states[label]
         limit = float("inf") if state.deadline is None else time.monotonic() + state.deadline
         self._current = execution = Execution(label, ticket, self._data._for(), limit)
-        self.executions += 1
+        self._active = label
         self._worker.do(lambda: self._execute(execution, state))
         return execution
 
@@ -176,13 +178,13 @@ class Driver:
     def _outcome(self, execution: Execution, state: State) -> str:
         try:
             outcome = state.execute(execution.data)
-        except BaseException as error:
+        except BaseException as error:  # noqa: BLE001 - whatever is raised, the machine goes on
             if not (execution.left and isinstance(error, LeftState)):
-                LOG.exception("the state `%s` has raised %s", execution.label, type(error).__name__)
+                self._say(f"the state `{execution.label}` has raised {type(error).__name__}", error)
             return FAILED
         if outcome in state.outcomes or outcome in (FAILED, TIMED_OUT):
             return outcome
-        LOG.error("the state `%s` has returned %.60r, which is not in its `outcomes`", execution.label, outcome)
+        self._say(f"the state `{execution.label}` has returned {outcome!r:.60}, which is not in its `outcomes`")
         return FAILED
 
     def _answer(self, execution: Execution) -> None:
@@ -210,26 +212,45 @@ class Driver:
             self._worker.do(None)
             self._worker = Worker()
         if not led or returned == FAILED:
-            self._worker.do(lambda: self._cancel(execution.label))
+            self._cancel()
+        elif self.label != execution.label:
+            self._active = None
 
-    def _cancel(self, label: str) -> None:
+    def _cancel(self) -> None:
+        """Let the state that is active stop what moves."""
+        label, self._active = self._active, None
+        if label is not None:
+            self._worker.do(lambda: self._call_cancel(label))
+
+    def _call_cancel(self, label: str) -> None:
         try:
             self._states[label].cancel()
-        except BaseException as error:
-            LOG.exception("`cancel` of the state `%s` has raised %s", label, type(error).__name__)
+        except BaseException as error:  # noqa: BLE001 - whatever is raised, the machine goes on
+            self._say(f"`cancel` of the state `{label}` has raised {type(error).__name__}", error)
+
+    def _say(self, what: str, error: BaseException | None = None) -> None:
+        """Log it the first time, and with the place of what was raised."""
+        if what not in self._said:
+            self._said.add(what)
+            LOG.error("%s", what, exc_info=error)
 
     def _operate(self, name: str, ticket: int) -> None:
-        """Give the command that was asked for first, or see that it has happened."""
+        """Give the command that was asked for first, or see that it has happened: nothing is answered meanwhile, so
+        another ticket comes from it."""
         command = self._commands[0]
-        target = PAUSED if command.kind == "suspend" else self._found.states.get(command.label or "")
-        here = name != PAUSED if command.kind == "resume" else name == target
-        if here and (command.kind != "enter" or ticket != command.ticket is not None or self.label in self._found.ends):
+        if command.kind == "enter":
+            done = self.label == command.label and self.label in self._found.ends
+            done = done or (command.ticket is not None and ticket != command.ticket)
+        else:
+            done = (name == PAUSED) == (command.kind == "suspend")
+        if done:
+            self._cancel()  # also where the machine is in the same state again
             self._commands.popleft()
             command.done.set()
         elif command.ticket is None:
             command.ticket = ticket
             try:
-                self._live.command(command.kind, MACHINE, target if command.kind == "enter" else None)
+                self._live.command(command.kind, MACHINE, self._found.states[command.label] if command.label else None)
             except ValueError as error:
                 command.failed = error
                 self._commands.popleft()
@@ -239,6 +260,7 @@ class Driver:
         current, self._current = self._current, None
         if current is not None:
             self._leave(current)
+        self._cancel()
         self._worker.do(None)
         self._worker.thread.join(LAST)
         while self._commands:

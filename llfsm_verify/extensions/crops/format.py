@@ -42,7 +42,7 @@ from llfsm_verify.plug import (
 
 CYCLE_MS = 10
 """The thesis: about 100 times a second."""
-COMMANDS = ("suspend", "resume")
+COMMANDS = ("enter", "suspend", "resume")
 
 
 def read_transition_file(given: GivenArrangement) -> Draft:
@@ -92,13 +92,12 @@ def _arrangement(found: Transitions, whole: Span) -> ArrangementDraft:
 
 
 def _state(found: Transitions, stage: Stage) -> StateDraft:
-    """An outcome ends the stay in a state. A self-transition ends one, too, and only that begins another at once: the
-    others begin where the next state is entered."""
+    """An outcome ends the stay in a state. Where it leads to the same state, which is not entered again, another stay
+    begins at once."""
     label, at, size = stage.label.text, stage.label.span, found.remainders
     number = found.labels.index(label)
-    enter = f"{TICKET} = ({TICKET} / {size} + 1) % {COUNT} * {size} + {number};"
+    enter, leave = _next(found, number), f"{TICKET} = {TICKET} / {size} * {size} + {size - 1};"
     name = found.states[label]
-    again = f"if (self@{name}) {TICKET} = ({TICKET} + {size}) % {found.tickets};"
     told = [move.outcome for move in stage.moves]
     outcomes = [*told, *(implied(text, stage.at) for text in TROUBLES if stage.target(text) is None)]
     targets = [found.target(label, outcome.text) for outcome in outcomes]
@@ -110,14 +109,18 @@ def _state(found: Transitions, stage: Stage) -> StateDraft:
         )
         for outcome, target, place in zip(outcomes, targets, places, strict=True)
     )
+    if label in targets:
+        leave = f"if (self@{name}) {enter} else {leave}"
     return StateDraft(
         implied(name, at),
-        actions={
-            "on_entry": implied(enter, at),
-            **({"on_exit": implied(again, at)} if label in targets else {}),
-        },
+        actions={"on_entry": implied(enter, at), "on_exit": implied(leave, at)},
         transitions=transitions,
     )
+
+
+def _next(found: Transitions, number: int) -> str:
+    """The action that makes the next ticket, of the label with this number; after the last: of none."""
+    return f"{TICKET} = ({TICKET} / {found.remainders} + 1) % {COUNT} * {found.remainders} + {number};"
 
 
 def _ends(found: Transitions) -> list[StateDraft]:
@@ -128,5 +131,5 @@ def _ends(found: Transitions) -> list[StateDraft]:
 
 def _paused(found: Transitions, top: Span) -> StateDraft:
     """What is answered before a pause does not count after it."""
-    action = f"{TICKET} = ({TICKET} + {found.remainders}) % {found.tickets};"
-    return StateDraft(implied(PAUSED, top), actions={"on_entry": implied(action, top)}, stays=implied("true", top))
+    action = implied(_next(found, len(found.stages)), top)
+    return StateDraft(implied(PAUSED, top), actions={"on_entry": action}, stays=implied("true", top))

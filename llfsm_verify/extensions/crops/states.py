@@ -71,26 +71,28 @@ class SimpleActionState(State):
         self.action, self.client, self.ends, self.otherwise = action, client, dict(ends), otherwise
         self.outcomes = tuple(dict.fromkeys((*ends.values(), otherwise)))
         self._sent = False
-        self._data: Data | None = None
+        self._told: object = None
 
     def goal(self, data: Data) -> object:
         """The goal to send, when the state is executed for the first time, or again after an end or a pause."""
         raise NotImplementedError(f"{type(self).__name__} has no `goal`")
 
     def feedback(self, feedback: object, data: Data) -> None:
-        """A feedback has come, on a thread of the client."""
+        """A feedback has come since the last execution; of several, the newest."""
 
     def done(self, result: object, data: Data) -> None:
         """The goal has ended as `ends` says."""
 
     def execute(self, data: Data) -> str:
         """See `State`."""
-        self._data = data
         if not self._sent:
             self.client.send_goal(self.goal(data), feedback_cb=self._feedback)
             self._sent = True
         state = self.client.get_state()
         name = state if isinstance(state, str) else CLIENT_STATES.get(state, "")
+        told, self._told = self._told, None
+        if told is not None:
+            self.feedback(told, data)
         if name in UNDER_WAY:
             return self.otherwise
         self._sent = False
@@ -106,5 +108,5 @@ class SimpleActionState(State):
             self.client.cancel_goal()
 
     def _feedback(self, feedback: object) -> None:
-        if self._data is not None:
-            self.feedback(feedback, self._data)
+        """On a thread of the client."""
+        self._told = feedback

@@ -190,6 +190,73 @@ def test_what_is_answered_in_a_pause_never_counts(tmp_path: Path) -> None:
     assert sm.current is None
 
 
+def test_what_is_answered_after_a_change_of_state_never_counts(tmp_path: Path) -> None:
+    """Also where the machine is in the same state again, which waits until the first execution has returned."""
+    text = GATE + GATE.replace("label: Gate", "label: Other")
+    gate, other = Gate("early", "late"), Gate("early", "late")
+    sm = machine(tmp_path, {"Gate": gate, "Other": other}, text, ("Right", "Wrong"))
+    with Executed(sm, rate=RATE, record=tmp_path / "run.rec") as done:
+        assert gate.inside.wait(60)
+        sm.change_state("Other")
+        assert gate.cancelled.wait(60)
+        assert other.inside.wait(60)
+        sm.change_state("Gate")
+        assert sm.current == ("Gate", "Waiting")
+        assert gate.executed == 1
+        gate.go.set()
+        assert gate.gone.wait(60)
+        other.go.set()
+    assert (done.outcome, gate.executed, other.executed) == ("Right", 2, 1)
+    assert isinstance(other.stored, LeftState | None)
+    assert counted(tmp_path / "run.rec", sm, text) == [("Gate", "late")]
+
+
+def test_it_begins_where_it_is_told_and_ends_where_it_is_sent(tmp_path: Path) -> None:
+    text = GATE + GATE.replace("label: Gate", "label: Other")
+    gate, other = Gate("early", "late"), Gate("early", "late")
+    sm = machine(tmp_path, {"Gate": gate, "Other": other}, text, ("Right", "Wrong"))
+    with Executed(sm, initial="Other", rate=RATE) as done:
+        assert other.inside.wait(60)
+        assert gate.executed == 0
+        sm.pause()
+        sm.change_state("Other")  # it ends the pause
+        sm.change_state("Wrong")
+        other.go.set()
+    assert (done.outcome, gate.executed) == ("Wrong", 0)
+    assert sm.report is not None and sm.report.ending == "ended"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_commands_at_random_moments_lose_and_double_nothing(seed: int, tmp_path: Path) -> None:
+    text, draw, log = random_file(seed), random.Random(seed), []
+    text = text.replace("leave: ", "left: ").replace(": Exit", ": Out of order")
+    states = {label: Logged(label, (*moves,), seed, log) for label, moves in tables(text).items()}
+    for state in states.values():  # it goes on until it is told to end
+        state.drawn = tuple(o for o in state.outcomes if tables(text)[state.label][o] in states)
+    sm = machine(tmp_path, states, text, ("Out of order",))
+    with Executed(sm, rate=RATE, record=tmp_path / "run.rec") as done:
+        wait_for(lambda: bool(log))
+        for _ in range(12):
+            time.sleep(draw.random() * 0.01)  # a moment like any other
+            match draw.choice(["pause", "change", "change"]):
+                case "pause":
+                    sm.pause()
+                    sm.resume()
+                case _:
+                    sm.change_state(draw.choice(list(states)))
+        sm.change_state("Out of order")
+    assert done.outcome == "Out of order"
+    assert not any(state.twice for state in states.values())
+    answers = iter(log)
+    found = counted(tmp_path / "run.rec", sm, text)
+    assert len(found) > 3
+    assert all(each in answers for each in found), "an answer counts that was not given then"
+    assert len(log) - len(found) <= 2 * 12 + 1, "answers were lost without a command"
+    assert llfsm("replay", str(tmp_path / "run.rec")).returncode == 0
+    assert llfsm("check-recording", str(tmp_path / "run.rec"), "-p", "G !sm@timed_out").returncode in (0, 4)
+
+
 def test_a_state_that_blocks_has_timed_out_and_counts_no_more(tmp_path: Path) -> None:
     text = GATE.replace("late: Right", "late: Right, timed out: Gate")
     gate = Gate("early", "late")

@@ -154,14 +154,14 @@ def test_it_is_verified_linted_and_drawn(tmp_path: Path) -> None:
     path = tmp_path / "transfile.yaml"
     path.write_text(TRANSITION_FILE, encoding="utf-8")
     formulas = [
-        "basket: G (sm@Exit -> O sm.fired(Select_fruit, 1))",
+        "last: G (sm.fired(Select_fruit, 1) -> sm@Exit)",
         "wrong: G !sm@Fruit_to_basket",
         "stale: G (sm.fired(Pick_fruit, 1) -> sampled(answers) % 5 == 2)",
     ]
     done = llfsm("verify", str(path), *[part for f in formulas for part in ("-p", f)])
     assert (done.returncode, done.stderr) == (1, "")
     assert [line.split()[:2] for line in done.stdout.split("\n")[:4]] == [
-        ["holds", "basket"], ["violated", "wrong"], ["holds", "stale"], ["holds", "faults"],
+        ["holds", "last"], ["violated", "wrong"], ["holds", "stale"], ["holds", "faults"],
     ]  # fmt: skip
     assert "Goal" in done.stdout
     linted = llfsm("lint", str(path))
