@@ -356,6 +356,5 @@ def _accept(context: Context, control: Control, index: int, code: Code) -> None:
         return
     waits: Expr = FALSE
     if control.pending:
-        moves = op("ge" if control.enters else "eq", control.waiting, const(RESTART))
-        waits = op("or", op("eq", control.waiting, const(SUSPEND)), moves)
+        waits = op("or", op("eq", control.waiting, const(SUSPEND)), op("eq", control.waiting, const(RESTART)))
     code.out.append(Set(name, None, op("not", waits)))

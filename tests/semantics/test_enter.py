@@ -100,6 +100,25 @@ OWNER: Document = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("commands", ["next_turn", "end_of_ringlet"])
+@pytest.mark.parametrize(
+    "operators",
+    [
+        {"enter": ["arm"], "resume": ["arm"]}, {"suspend": ["arm"], "enter": ["arm"]}, {"enter": ["arm"], "suspend": ["arm"]},
+        {"enter": ["w"], "suspend": ["o"], "resume": ["o"]}, {"suspend": ["o"], "enter": ["w"], "resume": ["w"]},
+    ],
+)  # fmt: skip
+def test_commands_that_come_together(operators: dict[str, list[str]], commands: str) -> None:
+    """In the order in which they are declared: each step of small arrangements as the page says."""
+    machines = {"arm": ARM, "other": OTHER} if "arm" in str(operators) else {"o": OWNER, "w": WORKER}
+    profile = {"base": "llfsm", "commands": commands}
+    model = build_arrangement(operated(machines, **operators) | {"profile": profile, "observe": "ringlet"})
+    full = lower(model, keep_all_bits=True)
+    Lockstep(model, full, Direct(model, {})).walk(100)
+    same_words(full, lower(model), 100)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("commands", ["next_turn", "end_of_ringlet"])
 @pytest.mark.parametrize("kind", ["enter", "restart", "suspend"])
 def test_an_owner_takes_what_runs_inside_with_it(kind: str, commands: str) -> None:
     """Also where the machine that begins the cycle has nothing to do with it."""
