@@ -312,9 +312,12 @@ def _machine(
         lines.append("}")
     at_once = f"{due} || " if patience else ""
     lines.append(f"else if (!{seen}) {{ bool {go} = choose(bool); if ({at_once}{go}) {state} = {idle}; }}")
+    without = list(moves)  # a service that is cancelled, or takes too long, has no answer
+    if service:
+        without += [idle, *({shown["TIMED_OUT"]} - {shown["DONE"], shown["FAILED"]})]
     told = {variable.name: variable for variable in board}
     for names, when in (
-        (request.answers, f"{was} && !({under_way})" + (f" && {state} != {idle}" if service else "")),
+        (request.answers, f"{was} && {' && '.join(f'{state} != {name}' for name in without)}"),
         (request.feedback, f"{was} || {under_way}"),
     ):
         any_value = [line for name in names for line in _any(name, told[name].type)]

@@ -20,7 +20,8 @@ def arguments(parser: Parser) -> None:
     """Add the arguments of `llfsm check-recording`."""
     parser.about(
         "Decide properties on a recording of `llfsm run`, or on a log that others wrote: violated or satisfied by what "
-        "happened, whatever comes after, or undecided at its end.",
+        "happened, whatever comes after, or undecided at its end. Without properties: whether the surroundings of the "
+        "run did what the arrangement's `environment` allows.",
         "llfsm check-recording run.rec properties.ltl",
         "exit codes: 0 no property is violated, 1 one is, 2 wrong usage, 3 files wrong or unreadable, 4 undecided",
     )
@@ -44,14 +45,38 @@ def run(options: Namespace) -> int:
     is damaged), else 0. Raises DiagnosticError."""
     from llfsm_verify.runtime.recording.file import Recording
 
-    if not options.properties and not options.property:
-        raise UsageError("no property to decide: name a property file, or write -p TEXT")
+    asked = bool(options.properties or options.property)
+    if not asked and options.mapping is not None:
+        raise UsageError(NOTHING)
     if options.mapping is not None:
         return _decide_log(options)
     if options.format is not None:
         raise UsageError("--from says what a log is, and a log needs --mapping FILE")
     with Recording(options.recording) as recording:
-        return _decide(recording, options)
+        return _decide(recording, options) if asked else _follow(recording, options)
+
+
+NOTHING = "no property to decide: name a property file, or write -p TEXT"
+
+
+def _follow(recording: Recording, options: Namespace) -> int:
+    """Without properties: whether the surroundings kept to their models."""
+    from llfsm_verify.arrangement import load_arrangement
+    from llfsm_verify.cli.io.decided import say_followed
+    from llfsm_verify.runtime.deciding.surroundings import check_surroundings
+    from llfsm_verify.runtime.recording.origin import arrangement_of
+    from llfsm_verify.runtime.recording.replay import compared
+
+    arrangement = arrangement_of(recording, load_arrangement, options.arrangement, modelled=True)
+    if not arrangement.plants:
+        raise UsageError(f"{NOTHING}; without one, an arrangement with `environment` is compared with that")
+    if recording.header.get("simulated"):
+        raise UsageError(f"{NOTHING}; the run was simulated, so its surroundings are their models")
+    with compared(recording):
+        followed = check_surroundings(recording, arrangement)
+    tell(*(f"note: {note}" for note in recording.notes))
+    allowed = options.allow_undecided and recording.damaged is None
+    return say_followed(followed, allow_undecided=allowed)
 
 
 def _decide(recording: Recording, options: Namespace) -> int:

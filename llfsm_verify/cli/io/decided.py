@@ -12,6 +12,7 @@ from llfsm_verify.runtime.deciding.recordings import Decided
 
 if TYPE_CHECKING:
     from llfsm_verify.runtime.deciding.frames import FrameMonitors
+    from llfsm_verify.runtime.deciding.surroundings import Followed
 
 VIOLATED, UNDECIDED = 1, 4
 
@@ -29,6 +30,15 @@ def say_decided(found: Sequence[tuple[Decided, str]], *, allow_undecided: bool =
     verdicts = {d.verdict for d, _ in found}
     open_ones = "undecided" in verdicts and not allow_undecided
     return VIOLATED if "violated" in verdicts else UNDECIDED if open_ones else 0
+
+
+def say_followed(followed: Followed, *, allow_undecided: bool = False) -> int:
+    """The same of what surroundings did, compared with their models."""
+    named = ", ".join(f"`{name}`" for name in followed.plants)
+    verdict = followed.verdict
+    below = f"{' ' * len(verdict)}  {'because ' if verdict == 'undecided' else ''}{followed.said}"
+    Output().plain(f"{verdict}  the run keeps to {named} of `environment`\n{below}\n")
+    return VIOLATED if verdict == "violated" else UNDECIDED if verdict == "undecided" and not allow_undecided else 0
 
 
 def when_decided(decided: Decided) -> str:

@@ -74,8 +74,11 @@ def header_of(
     }
 
 
-def arrangement_of(recording: Recording, load: Load, instead: str | None = None) -> Arrangement:
-    """The arrangement that a recording was made of, as it ran; `instead`: another file in its place.
+def arrangement_of(
+    recording: Recording, load: Load, instead: str | None = None, *, modelled: bool = False
+) -> Arrangement:
+    """The arrangement that a recording was made of, as it ran; `instead`: another file in its place; `modelled`: with
+    the models of the surroundings also where it ran in the world.
 
     DiagnosticError (E481, E482): the recording has no such texts, or other ones than its frames were made with.
     """
@@ -92,7 +95,7 @@ def arrangement_of(recording: Recording, load: Load, instead: str | None = None)
         )
         raise DiagnosticError([Diagnostic(OTHER, message, file=str(recording.path), hint="leave out --arrangement")])
     found = load(instead) if instead is not None else _from_texts(recording, load, loaded)
-    return runnable(found, simulated=bool(header.get("simulated")), cycle_ms=length)
+    return runnable(found, simulated=modelled or bool(header.get("simulated")), cycle_ms=length)
 
 
 def loaded_into(recording: Recording) -> list[Change]:
