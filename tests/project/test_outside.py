@@ -40,9 +40,7 @@ INNER = """
         pass
 """
 
-ROSPY = (
-    "python3-rospy python3-rosmaster python3-std-msgs python3-actionlib python3-geometry-msgs python3-rosbag"
-)
+ROSPY = "python3-rospy python3-rosmaster python3-std-msgs python3-actionlib python3-geometry-msgs python3-rosbag"
 """What Debian has of ROS 1."""
 
 

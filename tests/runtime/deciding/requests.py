@@ -12,9 +12,9 @@ from typing import Literal, NamedTuple
 
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.requests import STATES, Request
 from llfsm_verify.runtime.live.plan import runnable
 from llfsm_verify.runtime.ports.handshake import Handshake
-from llfsm_verify.arrangement.requests import STATES, Request
 
 Kind = Literal["service", "action"]
 FIRST = {"service": "WAITING", "action": "PENDING"}
