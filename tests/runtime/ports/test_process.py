@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import select
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,12 +15,14 @@ from pathlib import Path
 
 import pytest
 
+from llfsm_verify import load
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.runtime.ports.process import port as process_port
 from llfsm_verify.runtime.ports.process.child import PIECE
 from llfsm_verify.runtime.ports.process.port import ProcessPort
+from tests.cli.running import LIGHTS
 from tests.runtime.ports.bench import Bench, bench, declared
-from tests.runtime.ports.picker import picker, port
+from tests.runtime.ports.picker import PICKER, picker, port
 
 STAY = "for message in messages: pass\n"
 
@@ -252,3 +257,35 @@ def test_a_program_in_another_language(run_as: str, tmp_path: Path) -> None:
     text = f"ports: {{p: {{kind: process, run: {words}, on_failure: stale, inputs: [level]}}}}"
     with bench(*declared(text, tmp_path, picker()), code=picker()) as made:
         made.until(made.has("level", 4))
+
+
+@pytest.mark.parametrize("language", ["python", "shell"])
+def test_the_examples_let_a_car_pass(language: str) -> None:
+    """In both languages the same: the car comes, and has its turn."""
+    run = load(LIGHTS).run(ports=f"examples/ports/{language}.ports.yaml", rate=50)
+    with run:
+        while run.values()["ew_light"] != "GREEN":
+            time.sleep(0.001)
+        while run.values()["car"] is not False:
+            time.sleep(0.001)
+    assert run.said == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_a_program_ends_with_its_run(number: signal.Signals, tmp_path: Path) -> None:
+    """Also where the supervisor is killed and the program does not look whether its input has ended."""
+    ready = "open('pid', 'w').write(str(os.getpid()))\nos.rename('pid', 'ready')\n"
+    program = f"import time\n{ready}time.sleep(600)\n"
+    (tmp_path / "a.ports.yaml").write_text(port(tmp_path, program, ""))
+    (tmp_path / "a.yaml").write_text(json.dumps(PICKER))
+    words = ["run", str(tmp_path / "a.yaml"), "--ports", str(tmp_path / "a.ports.yaml"), "--set", "gain=1"]
+    pipe = subprocess.PIPE
+    with subprocess.Popen([sys.executable, "-m", "llfsm_verify", *words], stderr=pipe, stdout=pipe, text=True) as run:
+        while not (tmp_path / "ready").exists():
+            assert run.poll() is None, run.stderr and run.stderr.read()
+            time.sleep(0.01)
+        ended = os.pidfd_open(int((tmp_path / "ready").read_text()))
+        run.send_signal(number)
+        assert select.select([ended], [], [])[0]
+        os.close(ended)
