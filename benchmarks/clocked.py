@@ -4,7 +4,7 @@
 
 Three ways take turns, with `examples/python_world/world.py` each time: `llfsm run`; a parent of 20 lines that answers
 each line with the same frame, without a machine; and the world's step in a loop, in one process. Processor time is that
-of all processes of the way. Best of three.
+of all processes of the way. Best of three, or of as many as are wanted.
 """
 
 from __future__ import annotations
@@ -91,10 +91,10 @@ def measured(way: Callable[[int], float], cycles: int) -> tuple[float, float]:
     return 1e6 * seconds / cycles, 1e6 * (used() - middle - (middle - begin)) / cycles
 
 
-def main(cycles: str = "20000") -> None:
+def main(cycles: str = "20000", repeat: str = "3") -> None:
     """Print a line for each way."""
     found: dict[str, list[tuple[float, float]]] = {}
-    for _ in range(3):
+    for _ in range(int(repeat)):
         for way in (through_a_run, through_a_socket, alone):
             found.setdefault(way.__name__, []).append(measured(way, int(cycles)))
     for name, results in found.items():

@@ -345,6 +345,7 @@ def test_the_table_of_the_case_studies_is_what_their_benchmark_writes(tmp_path, 
 SCRIPTS = {
     "attacks": ("--commands", "2", "--attackers", "1"),
     "automata": ("FACTS",),
+    "clocked": ("50", "1"),
     "compiling": ("1", "2", "2"),
     "engines": ("--only", "ring(8,3)", "--timeout", "60"),
     "limits": ("models/traffic_lights", "--engine", "explicit", "--timeout", "60"),
@@ -409,6 +410,7 @@ def test_each_script_runs(name, tmp_path):
     said = {
         "attacks": "calls ",
         "automata": "classes: 2 of 2 agree",
+        "clocked": " cycles a second ",
         "compiling": "machines  load s",
         "engines": "| ring(8,3) | ",
         "limits": "s beyond the limit: traffic_lights explicit --timeout 60",
