@@ -105,6 +105,8 @@ class _Goal:
         self.handle: Any = None
         self.state = "PENDING"
         self.cancelled = threading.Event()
+        self.told = False
+        """Whether the server was told so."""
 
 
 class Action:
@@ -164,6 +166,11 @@ class Action:
         )  # fmt: skip
 
     def _moved(self, number: int, of: _Goal, handle: Any) -> None:
+        self._tell(number, of, handle)
+        if of.cancelled.is_set():
+            self._cancel(of, handle)
+
+    def _tell(self, number: int, of: _Goal, handle: Any) -> None:
         with self._lock:
             if number not in self._goals:
                 return
@@ -202,8 +209,17 @@ class Action:
         if of is not None:
             with self._lock:
                 of.cancelled.set()
-                if of.handle is not None:
-                    of.handle.cancel()
+                handle = of.handle
+            if handle is not None:
+                self._cancel(of, handle)  # who has the lock of a handle may wait for ours
+
+    def _cancel(self, of: _Goal, handle: Any) -> None:
+        """Tell the server, once it has the goal: an older status without the goal would be the end of it."""
+        if handle.get_comm_state() not in (CommState.WAITING_FOR_GOAL_ACK, CommState.DONE):
+            with self._lock:
+                told, of.told = of.told, True
+            if not told:
+                handle.cancel()
 
     def look(self) -> None:
         """Goals at a server that has gone are lost."""
