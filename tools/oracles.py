@@ -107,7 +107,7 @@ MODULES = {
     "pygraphviz": "pygraphviz",
 }
 """Modules by the name of the package that brings them."""
-EXTRAS = {"mypy": "check", "cyclonedds": "ros2", "mkdocs-material": "docs", "mkdocstrings": "docs", "pandas": "pandas"}
+EXTRAS = {"mypy": "check", "mkdocs-material": "docs", "mkdocstrings": "docs", "pandas": "pandas"}
 """The extras of `pyproject.toml` that bring a module, where it is not `draw` or `test`: nothing else needs these."""
 GROUPS: dict[str, tuple[str, ...]] = {
     "core": ("spin", "gcc", "make", "nusmv", *(name for name in MODULES if name != "cyclonedds")),

@@ -103,7 +103,9 @@ OWNER: Document = {
 @pytest.mark.parametrize(
     "operators",
     [
-        {"enter": ["arm"], "resume": ["arm"]}, {"suspend": ["arm"], "enter": ["arm"]}, {"enter": ["arm"], "suspend": ["arm"]},
+        {"enter": ["arm"], "resume": ["arm"]},
+        {"suspend": ["arm"], "enter": ["arm"]},
+        {"enter": ["arm"], "suspend": ["arm"]},
         {"enter": ["w"], "suspend": ["o"], "resume": ["o"]}, {"suspend": ["o"], "enter": ["w"], "resume": ["w"]},
     ],
 )  # fmt: skip
