@@ -9,7 +9,7 @@ import select
 import socket
 import struct
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +23,7 @@ from llfsm_verify.runtime.live.slots import STATE, Slot
 from llfsm_verify.runtime.whiteboard.places import MOST_REQUEST, NOBODY, location, peer_of
 from llfsm_verify.runtime.whiteboard.segment import Attached, Lent, NoSegment
 from llfsm_verify.runtime.whiteboard.subscription import Feed, Frames, Subscription
-from llfsm_verify.values import Shown, ValueProblem, number_of
+from llfsm_verify.values import Shown, ValueProblem, number_of, shown, text
 
 SECONDS: float | None = 5.0
 """How long a server may take to answer."""
@@ -32,6 +32,8 @@ SHORTEST = 0.001
 MOMENT = 0.001
 """Seconds between two looks for a first frame."""
 MOST_BYTES = 1 << 24
+OFTEN = 100
+"""Posts of the same inputs in a row, after which memory is asked for them."""
 
 
 class WhiteboardError(Exception):
@@ -78,6 +80,22 @@ class InputWriter(Closing):
             frame[place + 1] = 1
         self._lent.publish()
 
+    @property
+    def inputs(self) -> frozenset[str]:
+        """What it posts."""
+        return frozenset(self._inputs)
+
+    def posted(self) -> dict[str, Json]:
+        """What it has posted last."""
+        frame = self._lent.next
+        return {
+            name: value
+            if isinstance(value := shown(choice.type, choice.labels, frame[place]), bool | int)
+            else text(value)
+            for name, (place, choice) in self._inputs.items()
+            if frame[place + 1]
+        }
+
     def _number(self, name: str, value: Shown) -> int:
         try:
             return number_of(self._inputs[name][1], value)
@@ -107,6 +125,11 @@ class Whiteboard(Closing):
     def __init__(self, name: str, connection: socket.socket | None = None) -> None:
         self.name = name
         self._readers: dict[str, Callable[[], Shown]] = {}
+        self._writer: InputWriter | None = None
+        """Of the inputs that this process posts often."""
+        self._posted: Collection[str] = frozenset()
+        self._often = 0.0
+        """How many times in a row these were posted."""
         self._connection, self._received = connection or called(name, SECONDS), b""
         self._connection.settimeout(SECONDS)
         try:
@@ -214,10 +237,29 @@ class Whiteboard(Closing):
     def post(self, **values: Shown) -> None:
         """Give values to inputs, which then belong to this process while it is connected.
 
-        PostRefused: nothing was posted; WhiteboardError: the server is gone.
+        The same inputs again and again are posted in memory that the server lends, if it does. PostRefused: nothing
+        was posted; WhiteboardError: the server is gone.
         """
+        before: dict[str, Json] = {}
+        if self._writer is not None:
+            if values.keys() <= self._writer.inputs:
+                if self.is_gone:
+                    raise WhiteboardError(f"the server of `{self.name}` is gone")
+                self._writer.post(**values)
+                return
+            if values.keys() & self._writer.inputs:  # all values of a post come together
+                before = self._writer.posted()
+                self._ask({"give_back": [*sorted(self._writer.inputs)]})
+                self._writer.close()
+                self._writer, self._often = None, -math.inf
         sent: dict[str, Json] = {n: v if isinstance(v, bool | int | str) else str(v) for n, v in values.items()}
-        self._ask({"post": sent})
+        self._ask({"post": {**before, **sent}})
+        self._often = self._often + 1 if values.keys() == self._posted else min(self._often, 0)
+        self._posted = values.keys()
+        if self._often >= OFTEN and self._writer is None:
+            self._often = -math.inf
+            with suppress(WhiteboardError):  # it goes on as before
+                self._writer = self.writer(*values)
 
     def writer(self, *inputs: str) -> InputWriter:
         """Memory in which this process posts these inputs from now on, without asking the server each time.
@@ -379,6 +421,8 @@ class Whiteboard(Closing):
 
     def close(self) -> None:
         """Read no more, and give up inputs."""
+        if self._writer is not None:
+            self._writer.close()
         self._connection.close()
         self._attached.close()
         self._readers.clear()

@@ -195,6 +195,10 @@ class Posts:
                 del self._lent[name]
                 self._feed(name, ctypes.addressof(self._copy))
 
+    def is_lent(self, name: str, segment: Segment) -> bool:
+        """Whether an input is posted in this memory."""
+        return self._lent.get(name) is segment
+
     def place(self, name: str) -> int:
         """The word of an input in frames; the one after it is not 0 once it was posted."""
         return self._inputs[name][0]

@@ -6,7 +6,8 @@ belongs to the client that posts it first, until that client is gone. ``{"comman
 ``{"command": ["write", "mode", 2]}`` are what operators do; the answer comes when the loop has taken the command.
 ``{"subscribe": true}`` is answered with the number and the descriptor of a socket that gets a datagram after each
 frame; ``{"unsubscribe": 3}`` ends that. ``{"write": ["car"]}`` is answered with a descriptor of memory in which the
-client posts these inputs by itself from now on. ``{"replace": ["ns", "new.yaml",
+client posts these inputs by itself from now on; ``{"give_back": ["car"]}`` ends that, and they keep their values.
+``{"replace": ["ns", "new.yaml",
 "machine: …"], "unchecked": true}`` lets another machine take the place of one, and ``{"policy": ["new.yaml",
 "levels: …"]}`` another policy that of the one in force; when it has, all clients are sent away.
 
@@ -81,7 +82,7 @@ REQUESTS = (
     '`{"post": {INPUT: VALUE, …}}`, `{"command": [WHAT, MACHINE]}`, `{"command": ["write", SLOT, VALUE]}`, '
     '`{"command": ["enter", MACHINE, STATE]}`, '
     '`{"replace": [MACHINE, FILE, TEXT], "unchecked": true}`, `{"policy": [FILE, TEXT]}`, '
-    '`{"write": [INPUT, …]}`, `{"subscribe": true}` and `{"unsubscribe": NUMBER}`'
+    '`{"write": [INPUT, …]}`, `{"give_back": [INPUT, …]}`, `{"subscribe": true}` and `{"unsubscribe": NUMBER}`'
 )
 
 
@@ -450,6 +451,10 @@ class Server:
                 return None
             case {"write": [*names], **rest} if not rest and all(isinstance(name, str) for name in names):
                 return self._lend(client, [str(name) for name in names])
+            case {"give_back": [*names], **rest} if not rest:
+                for segment in client.lent:
+                    if any(self._shared.posts.is_lent(str(name), segment) for name in names):
+                        self._shared.posts.give_back(segment)
             case {"subscribe": True, **rest} if not rest:
                 return self._subscribe(client)
             case {"unsubscribe": int(number), **rest} if not rest and number in client.wakes:
