@@ -35,6 +35,7 @@ from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.moves import Lazy, moves_of
 from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.backends.native.executor import ENDED as PROGRAM_ENDED
+from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.backends.native.layout import BitField, Layout
 from llfsm_verify.backends.reference import Interpreter, evaluate
 from llfsm_verify.checking.claims import add_premises, claim_of
@@ -88,6 +89,7 @@ from llfsm_verify.logic.rewriting.normal_form import nnf
 from llfsm_verify.monitoring.lookup import entry_bytes
 from llfsm_verify.monitoring.properties import shown as shown_atom
 from llfsm_verify.monitoring.states import MonitorVerdict
+from llfsm_verify.program.dependence import blocks, uses
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import (
     BOOL,
@@ -135,6 +137,7 @@ from llfsm_verify.program.trees import (
     statements,
     stop_at_faults,
     with_branches,
+    without,
 )
 from llfsm_verify.registry import Entry, Package, Registry, Unregistered
 from llfsm_verify.report.codes import all_codes
@@ -193,13 +196,12 @@ from llfsm_verify.runtime.recording.file import MAGIC as RECORDING_MAGIC
 from llfsm_verify.runtime.recording.file import PAGE as RECORDING_PAGE
 from llfsm_verify.runtime.recording.origin import header_of
 from llfsm_verify.runtime.recording.timeline import Row as TimelineRow
-from llfsm_verify.runtime.recording.timeline import Signal, Timeline
+from llfsm_verify.runtime.recording.timeline import Signal, Timeline, take
 from llfsm_verify.semantics.bits import common_bits
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.semantics.storage import leaves
 from llfsm_verify.targets.monitors import OnBoard, Watched
-from llfsm_verify.targets.small import smaller, stores_cycle, unchecked
 from llfsm_verify.targets.target import TARGETS, WORLDS, Difference, Made, Target, Verified
 from llfsm_verify.targets.target import Wanted as TargetWanted
 from llfsm_verify.values import Shown, Value, element_names, text, value_text
@@ -333,6 +335,7 @@ __all__ = [
     "MappingNode",
     "MonitorVerdict",
     "Move",
+    "NativeProgram",
     "NewMachine",
     "NewState",
     "NoColumn",
@@ -424,6 +427,7 @@ __all__ = [
     "asked_text",
     "atom",
     "bad_prefixes_of",
+    "blocks",
     "branches",
     "cell_text",
     "cells_of",
@@ -500,14 +504,13 @@ __all__ = [
     "scalars",
     "sentences",
     "shown_atom",
-    "smaller",
     "starting_values",
     "statements",
     "steps_known",
     "stop_at_faults",
-    "stores_cycle",
     "structure_dot",
     "summary_text",
+    "take",
     "text",
     "tick",
     "trace_documents",
@@ -515,9 +518,9 @@ __all__ = [
     "trace_text",
     "translate",
     "typed",
-    "unchecked",
     "under_assumptions",
     "update_trace_file",
+    "uses",
     "vacuity_texts",
     "value_text",
     "vector_ended",
@@ -526,5 +529,6 @@ __all__ = [
     "whole_number",
     "with_branches",
     "with_legend",
+    "without",
     "written",
 ]

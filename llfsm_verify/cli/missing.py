@@ -12,20 +12,17 @@ PACKAGES = {
     "numba": "numba",
     "numpy": "numpy",
     "rich": "rich",
-    "vcd": "pyvcd",
     "yaml": "pyyaml",
     "z3": "z3-solver",
 }
 """What each module that we import is called by `pip`."""
-EXTRAS = {"vcd": "trace"}
-"""The extra that brings a module, where it is no dependency."""
 
 
 def missing_package(error: ModuleNotFoundError) -> Diagnostic | None:
     """What to install; None: the module is not one of another package, so that it is our mistake."""
     entries = [entry for group in extensions().values() for entry in group]
     names = PACKAGES | {entry.package.module: entry.package.name for entry in entries if entry.package}
-    extras = EXTRAS | {entry.package.module: entry.package.extra for entry in entries if entry.package}
+    extras = {entry.package.module: entry.package.extra for entry in entries if entry.package}
     module = (error.name or "").partition(".")[0]
     package = names.get(module)
     if package is None:

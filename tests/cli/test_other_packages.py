@@ -121,7 +121,7 @@ def test_a_timeline_is_found_by_its_name_and_by_its_ending(site: Site, tmp_path:
     assert (tmp_path / "a.dots").exists()
     trace = ("trace", str(tmp_path / "a.trace.yaml"))
     assert site.llfsm(*trace, "--to", "dots").stdout == (tmp_path / "a.dots").read_text()
-    assert "say which format: --to csv, vcd, svg, itf, mcap, dots, trace," in site.llfsm(*trace, "-o", "x.y").stderr
+    assert "say which format: --to csv, mcap, vcd, svg, itf, dots, trace," in site.llfsm(*trace, "-o", "x.y").stderr
 
 
 @pytest.mark.slow

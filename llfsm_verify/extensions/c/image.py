@@ -12,6 +12,7 @@ from llfsm_verify.extensions.c.blocks import BlockText, comment, has_code, title
 from llfsm_verify.extensions.c.monitors import Monitors
 from llfsm_verify.extensions.c.names import EVENTS, Field, Names, identifier
 from llfsm_verify.extensions.c.numbers import bits_of, stored_as, written
+from llfsm_verify.extensions.c.small import stores_cycle, unchecked
 from llfsm_verify.extensions.c.texts import runtime, wrapped
 from llfsm_verify.plug import (
     OPERATOR,
@@ -27,8 +28,6 @@ from llfsm_verify.plug import (
     Value,
     element_names,
     starting_values,
-    stores_cycle,
-    unchecked,
     value_text,
 )
 

@@ -9,6 +9,7 @@ from llfsm_verify.extensions.c.codes import OF_C
 from llfsm_verify.extensions.c.image import MARK, Image, Meaning
 from llfsm_verify.extensions.c.monitors import Monitors
 from llfsm_verify.extensions.c.names import foreign, identifier
+from llfsm_verify.extensions.c.small import smaller
 from llfsm_verify.extensions.c.worlds import world
 from llfsm_verify.plug import FRAME_COUNTS as COUNTED
 from llfsm_verify.plug import (
@@ -22,7 +23,6 @@ from llfsm_verify.plug import (
     leaves,
     lower,
     safe_values,
-    smaller,
 )
 from llfsm_verify.plug import TargetWanted as Wanted
 

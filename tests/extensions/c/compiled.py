@@ -13,8 +13,8 @@ from llfsm_verify.backends.native.code import OVERFLOW
 from llfsm_verify.extensions.c.image import OVERFLOW as LEFT_64
 from llfsm_verify.extensions.c.image import STATUSES, Image
 from llfsm_verify.extensions.c.numbers import stored_as
+from llfsm_verify.extensions.c.small import smaller
 from llfsm_verify.program.program import Program
-from llfsm_verify.targets.small import smaller
 from llfsm_verify.values import Value
 from tests.outside import needs
 

@@ -6,9 +6,8 @@ import json
 from decimal import Decimal
 from typing import BinaryIO
 
-from llfsm_verify.jsonvalue import Json
-from llfsm_verify.runtime.recording.timeline import Row, Timeline
-from llfsm_verify.values import Shown, text
+from llfsm_verify.plug import Json, Shown, Timeline, text
+from llfsm_verify.plug import TimelineRow as Row
 
 EXACT = 1 << 53
 """Whole numbers that are not smaller are written as ``{"#bigint": "…"}``, since readers may hold others as doubles."""

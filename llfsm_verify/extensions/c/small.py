@@ -11,9 +11,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from llfsm_verify.backends.native.executor import NativeProgram
-from llfsm_verify.program.dependence import blocks, uses
-from llfsm_verify.program.program import (
+from llfsm_verify.plug import (
     Block,
     Const,
     Expr,
@@ -21,14 +19,21 @@ from llfsm_verify.program.program import (
     Get,
     If,
     Let,
+    NativeProgram,
     Program,
     Sample,
     Set,
     Slot,
     Stmt,
+    Value,
+    blocks,
+    expressions,
+    nodes,
+    rebuilt,
+    statements,
+    uses,
+    without,
 )
-from llfsm_verify.program.trees import expressions, nodes, rebuilt, statements, without
-from llfsm_verify.values import Value
 
 MOST_STEPS = 200_000
 """That are explored for faults."""

@@ -8,8 +8,8 @@ from itertools import pairwise
 from typing import BinaryIO, NamedTuple
 from xml.etree import ElementTree as ET
 
-from llfsm_verify.runtime.recording.timeline import Row, Signal, Timeline, take
-from llfsm_verify.values import Shown, text
+from llfsm_verify.plug import Shown, Signal, Timeline, take, text
+from llfsm_verify.plug import TimelineRow as Row
 
 MOST_ROWS = 2000
 LANE, GAP, HEAD, FOOT, MARGIN = 24, 10, 44, 40, 16

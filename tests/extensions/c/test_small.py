@@ -13,9 +13,9 @@ from llfsm_verify.arrangement import build_arrangement, load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.extensions.c import small
 from llfsm_verify.extensions.c.target import image_for
 from llfsm_verify.program.program import Set
-from llfsm_verify.targets import small
 from llfsm_verify.targets.images import image_of
 from llfsm_verify.testing.arrangements import Document, arrangements
 from tests.extensions.c.compiled import Built, needs_gcc, shrunk

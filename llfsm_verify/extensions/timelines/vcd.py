@@ -6,8 +6,7 @@ import io
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from llfsm_verify.runtime.recording.timeline import Signal, Timeline
-from llfsm_verify.values import Shown
+from llfsm_verify.plug import Shown, Signal, Timeline
 
 if TYPE_CHECKING:
     from vcd import VCDWriter
