@@ -30,9 +30,12 @@ from llfsm_verify.arrangement.plants import Site as PlantSite
 from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.automaton import Edge as AutomatonEdge
+from llfsm_verify.automata.boolean import Guards
+from llfsm_verify.automata.files import AUTOMATA, AutomataFormat, FileAutomaton
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.moves import Lazy, moves_of
+from llfsm_verify.automata.omega.products import is_deterministic
 from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.backends.native.executor import ENDED as PROGRAM_ENDED
 from llfsm_verify.backends.native.executor import NativeProgram
@@ -79,7 +82,11 @@ from llfsm_verify.kripke.observing import observed_outputs
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.language.types import decimal_text
 from llfsm_verify.limits import LimitReached, Limits, reached, tick
-from llfsm_verify.logic.formula import Formula, apply, atom, conjunction, mapped, negation, postorder
+from llfsm_verify.logic.codes import HOA as WRONG_HOA
+from llfsm_verify.logic.codes import HOA_ACCEPTANCE, HOA_NUMBER, HOA_UNSUPPORTED
+from llfsm_verify.logic.formula import FALSE as FALSE_FORMULA
+from llfsm_verify.logic.formula import TRUE as TRUE_FORMULA
+from llfsm_verify.logic.formula import Formula, apply, atom, conjunction, disjunction, mapped, negation, postorder
 from llfsm_verify.logic.formula import Op as FormulaOp
 from llfsm_verify.logic.lines import has_header
 from llfsm_verify.logic.properties import PropertySet, asked_text, parse_properties
@@ -215,6 +222,7 @@ from llfsm_verify.yaml.tables import NUMBER, TRUTHS, ByName, Either, Field, Seve
 
 __all__ = [
     "ARRANGEMENTS",
+    "AUTOMATA",
     "BOOL",
     "CAUSE_MARK",
     "CHILD_FIELDS",
@@ -226,12 +234,16 @@ __all__ = [
     "DRAWINGS",
     "ENGINES",
     "FALSE",
+    "FALSE_FORMULA",
     "FAULT",
     "FILE",
     "FLAG",
     "FRAME_COUNTS",
     "FRAME_HEADER",
     "FRONT_ENDS",
+    "HOA_ACCEPTANCE",
+    "HOA_NUMBER",
+    "HOA_UNSUPPORTED",
     "INT64_MAX",
     "INT64_MIN",
     "LINE_FRAMING",
@@ -256,15 +268,18 @@ __all__ = [
     "TARGETS",
     "TIMELINES",
     "TRUE",
+    "TRUE_FORMULA",
     "TRUTHS",
     "UNREADABLE",
     "WHEN",
     "WORLDS",
     "WRITERS",
+    "WRONG_HOA",
     "WRONG_PORT",
     "Answer",
     "Arrangement",
     "ArrangementDraft",
+    "AutomataFormat",
     "Automaton",
     "AutomatonEdge",
     "AutomatonTooLarge",
@@ -299,6 +314,7 @@ __all__ = [
     "FaultFinding",
     "FaultResult",
     "Field",
+    "FileAutomaton",
     "Formula",
     "FormulaOp",
     "FrameLayout",
@@ -309,6 +325,7 @@ __all__ = [
     "GivenLines",
     "Goal",
     "Graph",
+    "Guards",
     "Holds",
     "If",
     "InstanceDraft",
@@ -440,6 +457,7 @@ __all__ = [
     "counted",
     "decimal_text",
     "did_you_mean",
+    "disjunction",
     "distinct_nodes",
     "dot",
     "draft_data",
@@ -464,6 +482,7 @@ __all__ = [
     "initial_text",
     "interval",
     "is_contradicted",
+    "is_deterministic",
     "is_name",
     "ite",
     "largest_entry",

@@ -10,6 +10,7 @@ import pytest
 
 from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS
 from llfsm_verify.arrangement.formats.reading import MACHINES, POLICIES
+from llfsm_verify.automata.files import AUTOMATA
 from llfsm_verify.checking.engine_option import COUNT, EngineOption, EngineOptions
 from llfsm_verify.cli.commands import COMMANDS
 from llfsm_verify.engines.bounded.engine import BoundedSession
@@ -29,9 +30,9 @@ from llfsm_verify.verification.portfolio import stages_of
 from tests.cli.running import LIGHTS, llfsm
 
 ALL: dict[str, Registry[object]] = {
-    "access": REPORTS.access, "arrangements": ARRANGEMENTS, "codes": OF_OTHERS, "commands": COMMANDS,
-    "drawings": DRAWINGS, "engines": ENGINES, "lint": REPORTS.lint, "logs": LOGS, "machines": MACHINES,
-    "models": MODELS, "monitors": REPORTS.monitor, "simulations": REPORTS.simulation,
+    "access": REPORTS.access, "arrangements": ARRANGEMENTS, "automata": AUTOMATA, "codes": OF_OTHERS,
+    "commands": COMMANDS, "drawings": DRAWINGS, "engines": ENGINES, "lint": REPORTS.lint, "logs": LOGS,
+    "machines": MACHINES, "models": MODELS, "monitors": REPORTS.monitor, "simulations": REPORTS.simulation,
     "oracles": ORACLES, "policies": POLICIES, "ports": PORTS, "queries": REPORTS.query, "results": REPORTS.result,
     "schemas": SCHEMAS, "structures": STRUCTURES, "syntaxes": TABLES, "timelines": TIMELINES, "writers": WRITERS,
 }  # fmt: skip

@@ -9,8 +9,8 @@ from types import MappingProxyType
 
 from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.boolean import Guards
+from llfsm_verify.automata.files import AUTOMATA, HOA, FileAutomaton
 from llfsm_verify.automata.finite.monitor import EmptyWordForbidden, NoWord, RegularMonitor
-from llfsm_verify.automata.hoa.reading import HoaAutomaton, is_recognised, read_one
 from llfsm_verify.automata.omega.complement import has_complement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
@@ -69,7 +69,7 @@ def _automaton(line: Property) -> tuple[Automaton, Mapping[str, Fragment]]:
     return Automaton(tuple(places), read.automaton.edges, read.automaton.acceptance_sets), places
 
 
-def _read(path: Path, line: Property) -> HoaAutomaton:
+def _read(path: Path, line: Property) -> FileAutomaton:
     """The automaton of the file. A mistake in it is shown with its line only where that file is one of automata."""
     try:
         source = read_source(path, regular=True)
@@ -77,10 +77,11 @@ def _read(path: Path, line: Property) -> HoaAutomaton:
         found = error.diagnostics[0]
         message = "this is not UTF-8 text" if found.code == codes.NOT_TEXT else found.message
         raise DiagnosticError(replace(found, message=f"`{line.file}`: {message}", span=line.span)) from None
+    hoa = AUTOMATA.load(HOA)
     try:
-        return read_one(source)
+        return hoa.read_one(source)
     except DiagnosticError as error:
-        if is_recognised(source):
+        if hoa.is_recognised(source):
             raise
         message = f"`{line.file}` is not a file of automata: no line of it begins with `HOA:`"
         hint = "name a file in the format HOA, version 1"

@@ -4,13 +4,13 @@ import pytest
 from hypothesis import given, settings
 
 from llfsm_verify.automata.automaton import Automaton
-from llfsm_verify.automata.hoa.writing import write_hoa
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.omega.complement import NotDeterministic, complement
 from llfsm_verify.automata.omega.products import accepts
 from llfsm_verify.automata.omega.reduction import closure_of
 from llfsm_verify.automata.properties import load_automata, over, regular_monitor
 from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.extensions.hoa.writing import write_hoa
 from llfsm_verify.logic.formula import apply, atom
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import FEATURES, parse_properties

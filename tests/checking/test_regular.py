@@ -15,7 +15,6 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.boolean import Guards
 from llfsm_verify.automata.finite import expressions as regular
-from llfsm_verify.automata.hoa.writing import write_hoa
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import evaluate as truth
@@ -28,6 +27,7 @@ from llfsm_verify.diagnostics import DiagnosticError, Disagreement, Source
 from llfsm_verify.engines.explicit import search as searching
 from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
+from llfsm_verify.extensions.hoa.writing import write_hoa
 from llfsm_verify.kripke.product_search import Walk
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.expressions import letters

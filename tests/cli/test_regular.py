@@ -9,8 +9,8 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from llfsm_verify.automata.hoa.writing import write_hoa
 from llfsm_verify.automata.ltl.translate import translate
+from llfsm_verify.extensions.hoa.writing import write_hoa
 from llfsm_verify.logic.formula import apply, atom, negation
 from llfsm_verify.report.schema import load
 from llfsm_verify.verification.tracefile_fields import schema

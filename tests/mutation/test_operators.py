@@ -89,7 +89,9 @@ def test_the_name_of_a_mutant_does_not_depend_on_where_its_line_is():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", ["llfsm_verify/automata/hoa/reading.py", "llfsm_verify/kripke/kernels/exploration.py"])
+@pytest.mark.parametrize(
+    "path", ["llfsm_verify/extensions/hoa/reading.py", "llfsm_verify/kripke/kernels/exploration.py"]
+)
 def test_real_mutants_are_python_with_the_same_lines(path):
     source = pathlib.Path(path).read_bytes()
     found = mutants(path, source)

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.automata.hoa.writing import write_hoa
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.checking.verdict import Options, PropertyResult
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.extensions.hoa.writing import write_hoa
 from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.verification.verify import verify
 from tests.checking.replaying import lines_of

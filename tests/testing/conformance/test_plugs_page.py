@@ -50,7 +50,8 @@ def site(tmp_path: Path) -> Site:
 def test_the_page_has_an_example_of_each_plug() -> None:
     groups = set(re.findall(r"^\| [^|]+ \| `([\w.]+)` \|", PAGE, re.MULTILINE))
     assert {group.replace("KIND", "result") for group in groups} == {
-        *POINTS, "llfsm_verify.codes", "llfsm_verify.engines", "llfsm_verify.commands", "llfsm_verify.debuggers",
+        *POINTS, "llfsm_verify.automata", "llfsm_verify.codes", "llfsm_verify.engines", "llfsm_verify.commands",
+        "llfsm_verify.debuggers",
         "llfsm_verify.models", "llfsm_verify.oracles", "llfsm_verify.structures",
         "llfsm_verify.targets", "llfsm_verify.worlds",
     }  # fmt: skip

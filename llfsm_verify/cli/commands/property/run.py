@@ -10,6 +10,7 @@ from typing import TypeVar
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guards
+from llfsm_verify.automata.files import AUTOMATA, HOA
 from llfsm_verify.cli.drawing_format import drawing_format
 from llfsm_verify.cli.formulas import Line, Results, lines_of, source_of
 from llfsm_verify.cli.io.files import ready_beside, write_whole
@@ -135,9 +136,7 @@ def _translate(line: Line, options: Namespace, results: Results) -> None:
         sets = automaton.acceptance_sets
         results.add(str(states), str(edges), str(sets), "true" if is_deterministic(automaton) else "false")
     else:
-        from llfsm_verify.automata.hoa.writing import write_hoa
-
-        results.add(write_hoa(automaton, line.text()).rstrip("\n"))
+        results.add(AUTOMATA.load(HOA).write(automaton, line.text()).rstrip("\n"))
 
 
 def _accepts(line: Line, _: Namespace, results: Results) -> None:
@@ -220,10 +219,8 @@ def _draw_all(options: Namespace) -> int:
 
 def _draw_file(path: str, options: Namespace, results: Results) -> None:
     """Drawings of all automata of a file in the format HOA."""
-    from llfsm_verify.automata.hoa.reading import read_hoa
-
     source = read_source(path)
-    automata = read_hoa(source)
+    automata = AUTOMATA.load(HOA).read(source)
     if not automata:
         raise DiagnosticError(Diagnostic(codes.HOA_NUMBER, "this file holds no automaton", file=source.name))
     for found in automata:

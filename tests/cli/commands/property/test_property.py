@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from llfsm_verify.automata.hoa.reading import read_hoa
 from llfsm_verify.automata.omega.products import accepts
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
+from llfsm_verify.extensions.hoa.reading import read_hoa
 from llfsm_verify.logic.formula import to_text
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.wordtext import parse_word, write_word

@@ -5,12 +5,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.automata.automaton import Automaton
-from llfsm_verify.automata.hoa import reading as hoa
-from llfsm_verify.automata.hoa.reading import read_hoa, read_one
-from llfsm_verify.automata.hoa.writing import write_hoa
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.omega.products import accepts
 from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.extensions.hoa import reading as hoa
+from llfsm_verify.extensions.hoa.reading import read_hoa, read_one
+from llfsm_verify.extensions.hoa.writing import write_hoa
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.testing.formulas import formulas, lassos
 from tests.quick import examples

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from llfsm_verify.automata.automaton import Automaton, Edge
-from llfsm_verify.automata.omega.products import is_deterministic
+from llfsm_verify.plug import Automaton, is_deterministic
+from llfsm_verify.plug import AutomatonEdge as Edge
 
 
 def write_hoa(automaton: Automaton, name: str | None = None) -> str:

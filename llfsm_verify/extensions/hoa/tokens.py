@@ -7,8 +7,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
-from llfsm_verify.logic import codes
+from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify.plug import WRONG_HOA as HOA
+from llfsm_verify.plug import Source, Span
 
 
 class Token(NamedTuple):
@@ -66,7 +67,7 @@ def _comment_end(source: Source, start: int) -> int:
 
 
 def wrong(
-    source: Source, message: str, start: int, end: int, code: str = codes.HOA, hint: str | None = None
+    source: Source, message: str, start: int, end: int, code: str = HOA, hint: str | None = None
 ) -> DiagnosticError:
     """A mistake in the characters `start` to `end`."""
     return DiagnosticError(Diagnostic(code, message, Span(source, start, end), hint=hint))

@@ -3,16 +3,30 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import NoReturn
 
-from llfsm_verify.automata.automaton import Automaton, Edge
-from llfsm_verify.automata.boolean import Guards
-from llfsm_verify.automata.hoa.tokens import Acceptance, Token, read_acceptance, tokens, wrong
-from llfsm_verify.diagnostics import Source, Span
-from llfsm_verify.logic import codes
-from llfsm_verify.logic.formula import FALSE, TRUE, Formula, atom, conjunction, disjunction, negation
+from llfsm_verify.extensions.hoa.tokens import Acceptance, Token, read_acceptance, tokens, wrong
+from llfsm_verify.plug import FALSE_FORMULA as FALSE
+from llfsm_verify.plug import (
+    HOA_ACCEPTANCE,
+    HOA_NUMBER,
+    HOA_UNSUPPORTED,
+    Automaton,
+    FileAutomaton,
+    Formula,
+    Guards,
+    Source,
+    Span,
+    atom,
+    conjunction,
+    disjunction,
+    negation,
+)
+from llfsm_verify.plug import TRUE_FORMULA as TRUE
+from llfsm_verify.plug import WRONG_HOA as HOA
+from llfsm_verify.plug import AutomatonEdge as Edge
 
 MAX_STATES = 100_000
 MAX_EDGES = 1_000_000
@@ -23,23 +37,14 @@ MAX_IMPLICIT = 16
 _BEGIN = re.compile(r"^[ \t]*(?:/\*.*\*/[ \t]*)?HOA:", re.MULTILINE)
 
 
-@dataclass(frozen=True, slots=True)
-class HoaAutomaton:
-    """An automaton with its name, and the place of each of its atoms' names in the file."""
-
-    name: str | None
-    automaton: Automaton
-    places: Mapping[str, Span]
-
-
-def read_hoa(source: Source) -> tuple[HoaAutomaton, ...]:
+def read_hoa(source: Source) -> tuple[FileAutomaton, ...]:
     """All automata of `source`; those that are aborted are left out.
 
     Acceptance on states becomes acceptance on the transitions that leave them; several initial states become one.
     DiagnosticError: E360 wrong, E361 another acceptance than generalised Büchi, E362 alternation and the like.
     """
     words = list(tokens(source))
-    found: list[HoaAutomaton] = []
+    found: list[FileAutomaton] = []
     at = 0
     while at < len(words):
         if _is_mark(words[at], "--ABORT--"):
@@ -105,7 +110,7 @@ class _Reader:
             self._fail(f"`{text}` is expected here")
         self._at += 1
 
-    def _fail(self, message: str, at: Token | None = None, code: str = codes.HOA, hint: str | None = None) -> NoReturn:
+    def _fail(self, message: str, at: Token | None = None, code: str = HOA, hint: str | None = None) -> NoReturn:
         word = at or self._word or self._words[-1]
         raise wrong(self._source, message, word.start, word.end, code, hint)
 
@@ -114,7 +119,7 @@ class _Reader:
 
     # ------------------------------------------------------------ header
 
-    def automaton(self) -> HoaAutomaton:
+    def automaton(self) -> FileAutomaton:
         self._eat("HOA:")
         version = self._take("IDENT", "the version, `v1`,")
         if not (version.text == "v1" or version.text.startswith("v1.")):
@@ -164,7 +169,7 @@ class _Reader:
                 self._fail("`--END--` is missing before the next automaton", header)
             case _ if name[0].isupper():
                 message = f"the header `{header.text}` is not known, and its capital says that it must be"
-                self._fail(message, header, codes.HOA_UNSUPPORTED)
+                self._fail(message, header, HOA_UNSUPPORTED)
             case _:
                 self._skip_values()
 
@@ -195,7 +200,7 @@ class _Reader:
 
     def _alternation(self, word: Token) -> NoReturn:
         message = "alternating automata (states joined by `&`) are not supported"
-        self._fail(message, word, codes.HOA_UNSUPPORTED, "remove the alternation with the tool that wrote the file")
+        self._fail(message, word, HOA_UNSUPPORTED, "remove the alternation with the tool that wrote the file")
 
     # ------------------------------------------------------------ labels
 
@@ -309,7 +314,7 @@ class _Reader:
 
     # ------------------------------------------------------------ the automaton
 
-    def _made(self, rows: dict[int, _Row]) -> HoaAutomaton:
+    def _made(self, rows: dict[int, _Row]) -> FileAutomaton:
         acceptance = self._acceptance
         assert acceptance is not None
         names = self._atoms or ()
@@ -319,7 +324,7 @@ class _Reader:
             what = f"`{self._acceptance_name}`" if self._acceptance_name else f"`{acceptance.text}`"
             message = f"the acceptance {what} is not generalised Büchi"
             hint = "convert it with the tool that wrote the file, such as `autfilt --generalized-buchi`"
-            raise wrong(self._source, message, acceptance.start, acceptance.end, codes.HOA_ACCEPTANCE, hint)
+            raise wrong(self._source, message, acceptance.start, acceptance.end, HOA_ACCEPTANCE, hint)
         for row in rows.values():
             for _, target, _, word in row.edges:
                 if target not in rows:
@@ -329,7 +334,7 @@ class _Reader:
                 self._fail(f"state {start} is not defined", word)
         sets = len(acceptance.inf)
         if not self._starts or acceptance.never:
-            return HoaAutomaton(self._name, Automaton(keys, (), sets), places)
+            return FileAutomaton(self._name, Automaton(keys, (), sets), places)
         guards = Guards(keys)
         edges = {number: self._edges(row, guards, acceptance) for number, row in rows.items()}
         starts = list(dict.fromkeys(start for start, _ in self._starts))
@@ -343,7 +348,7 @@ class _Reader:
         table = [renumbered(number) for number in order]
         if shift:
             table.insert(0, tuple(dict.fromkeys(edge for start in starts for edge in renumbered(start))))
-        return HoaAutomaton(self._name, Automaton(keys, tuple(table), sets), places)
+        return FileAutomaton(self._name, Automaton(keys, tuple(table), sets), places)
 
     def _edges(self, row: _Row, guards: Guards, acceptance: Acceptance) -> list[Edge]:
         made: list[Edge] = []
@@ -385,10 +390,10 @@ def is_recognised(source: Source) -> bool:
     return _BEGIN.search(source.text) is not None
 
 
-def read_one(source: Source) -> HoaAutomaton:
+def read_one(source: Source) -> FileAutomaton:
     """The automaton of a file that holds just one; DiagnosticError (E363) when it holds none, or several."""
     found = read_hoa(source)
     if len(found) != 1:
         message = f"this file holds {len(found)} automata, and one is expected"
-        raise wrong(source, message, 0, min(1, len(source.text)), codes.HOA_NUMBER)
+        raise wrong(source, message, 0, min(1, len(source.text)), HOA_NUMBER)
     return found[0]
