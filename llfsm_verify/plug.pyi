@@ -64,7 +64,6 @@ from llfsm_verify.cli.parser import CommandEntry, UsageError
 from llfsm_verify.cli.parser import Parser as CommandParser
 from llfsm_verify.diagnostics import Source, Span, counted
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.kripke.export.dot import dot as structure_dot
 from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
 from llfsm_verify.kripke.export.rows import (
     Element,
@@ -79,6 +78,7 @@ from llfsm_verify.kripke.export.rows import (
 )
 from llfsm_verify.kripke.export.specification import Specification
 from llfsm_verify.kripke.observing import observed_outputs
+from llfsm_verify.kripke.steps import Step
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.language.types import decimal_text
 from llfsm_verify.limits import LimitReached, Limits, reached, tick
@@ -150,10 +150,9 @@ from llfsm_verify.registry import Entry, Package, Registry, Unregistered
 from llfsm_verify.report.codes import all_codes
 from llfsm_verify.report.debugging import lines_of
 from llfsm_verify.report.drawing import NO_LIBRARY as NO_GRAPHVIZ
-from llfsm_verify.report.drawing.dot import dot
 from llfsm_verify.report.drawing.formats import DRAWINGS
+from llfsm_verify.report.drawing.graph import LEGEND, Graph, explained, with_legend
 from llfsm_verify.report.drawing.graph import Edge as DrawnEdge
-from llfsm_verify.report.drawing.graph import Graph, with_legend
 from llfsm_verify.report.drawing.graph import Node as DrawnNode
 from llfsm_verify.report.entry import ReportEntry
 from llfsm_verify.report.formats import REPORTS, Style, Written
@@ -246,6 +245,7 @@ __all__ = [
     "HOA_UNSUPPORTED",
     "INT64_MAX",
     "INT64_MIN",
+    "LEGEND",
     "LINE_FRAMING",
     "LOGS",
     "MACHINES",
@@ -401,6 +401,7 @@ __all__ = [
     "Specification",
     "Started",
     "StateDraft",
+    "Step",
     "Stmt",
     "Style",
     "Switch",
@@ -459,13 +460,13 @@ __all__ = [
     "did_you_mean",
     "disjunction",
     "distinct_nodes",
-    "dot",
     "draft_data",
     "edges",
     "element_names",
     "elements",
     "entry_bytes",
     "evaluate",
+    "explained",
     "expressions",
     "fault_of",
     "fault_text",
@@ -527,7 +528,6 @@ __all__ = [
     "statements",
     "steps_known",
     "stop_at_faults",
-    "structure_dot",
     "summary_text",
     "take",
     "text",

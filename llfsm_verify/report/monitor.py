@@ -16,7 +16,7 @@ from llfsm_verify.monitoring.json import table_json
 from llfsm_verify.monitoring.machine import Action, monitor_machine, sight
 from llfsm_verify.monitoring.properties import Monitored, shown
 from llfsm_verify.monitoring.states import Monitor, Monitorability, MonitorVerdict
-from llfsm_verify.report.drawing.dot import dot
+from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.drawing.graph import Edge, Graph, Node, shorten, summarise
 
 LABEL_WIDTH = 80
@@ -55,7 +55,7 @@ def report_dot(monitors: Monitors, tell: Tell) -> str:
     graph, note = summarise(monitor_graph(found))
     if note is not None:
         tell(note)
-    return dot(graph)
+    return str(DRAWINGS.load("dot")(graph))
 
 
 def report_table(monitors: Monitors, _: Tell) -> str:

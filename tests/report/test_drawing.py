@@ -13,9 +13,9 @@ import pytest
 from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import ACTION_KINDS
 from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.extensions.graphs.dot import dot
 from llfsm_verify.extensions.graphs.mermaid import mermaid
 from llfsm_verify.extensions.graphs.pictures import PIXELS, png, svg
-from llfsm_verify.report.drawing.dot import dot
 from llfsm_verify.report.drawing.extract import (
     LINE_WIDTH,
     arrangement_graph,

@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 from llfsm_verify.arrangement import build_arrangement, load_arrangement
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Cause, Change, Trace, TraceStep
+from llfsm_verify.extensions.graphs.dot import dot
 from llfsm_verify.extensions.graphs.mermaid import mermaid
 from llfsm_verify.extensions.graphs.pictures import svg
 from llfsm_verify.program.program import FaultSite
-from llfsm_verify.report.drawing.dot import dot
 from llfsm_verify.report.drawing.graph import Edge, Graph, Node, with_legend
 from llfsm_verify.report.drawing.traced import DrawnRun, traced_graph
 from llfsm_verify.runtime.stepping.random_run import RandomRun, Script

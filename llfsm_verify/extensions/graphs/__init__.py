@@ -1,4 +1,4 @@
-"""Graphs for other programs: pictures by Graphviz, Mermaid's text, GraphML, CADP's `.aut`, and arrays of NumPy."""
+"""Graphs for other programs: DOT and pictures by Graphviz, Mermaid, GraphML, CADP's `.aut`, and arrays of NumPy."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from llfsm_verify.plug import Entry
 SVG, PNG = "a picture, laid out by Graphviz", "the same picture in pixels"
 ENTRIES = {
     "llfsm_verify.drawings": (
+        Entry("dot", f"{__name__}.dot:dot", "the DOT language of Graphviz", (".dot", ".gv")),
         Entry("mermaid", f"{__name__}.mermaid:mermaid", "Mermaid's text", (".mmd", ".mermaid")),
         Entry("svg", f"{__name__}.pictures:svg", SVG, (".svg",)),
         Entry("png", f"{__name__}.pictures:png", PNG, (".png",), binary=True),
     ),
     "llfsm_verify.structures": (
+        Entry("dot", f"{__name__}.structure_dot:dot", "a drawing", (".dot", ".gv")),
         Entry("graphml", f"{__name__}.graphml:graphml", "GraphML", (".graphml",)),
         Entry("aut", f"{__name__}.aut:aut", "CADP's Aldébaran format", (".aut",)),
         Entry("npz", f"{__name__}.npz:npz", "arrays of NumPy", (".npz",), binary=True),

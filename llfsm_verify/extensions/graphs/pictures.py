@@ -7,7 +7,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from llfsm_verify import Diagnostic, DiagnosticError
-from llfsm_verify.plug import NO_GRAPHVIZ, Graph, dot
+from llfsm_verify.extensions.graphs.dot import dot
+from llfsm_verify.plug import NO_GRAPHVIZ, Graph
 
 if TYPE_CHECKING:
     from llfsm_verify import Structure
@@ -28,7 +29,7 @@ def png(graph: Graph) -> bytes:
 
 def _structure(structure: Structure, wanted: str) -> Iterator[bytes]:
     """A Kripke structure as an ``svg`` or ``png``. Errors as for `laid_out`."""
-    from llfsm_verify.plug import structure_dot  # numba
+    from llfsm_verify.extensions.graphs.structure_dot import dot as structure_dot  # numba
 
     yield laid_out("".join(structure_dot(structure)), wanted)
 

@@ -16,11 +16,12 @@ STRUCTURES: Registry[Callable[[Structure], Iterable[str | bytes]]] = Registry(
     "format of structures",
     [
         Entry("json", "llfsm_verify.kripke.export.json:json", "a line for each configuration and edge", (".json",)),
-        Entry("dot", "llfsm_verify.kripke.export.dot:dot", "a drawing", (".dot", ".gv")),
     ],
     "llfsm_verify.structures",
 )
 """Each gives the portions of a file."""
+READABLE = 300
+"""Configurations that a drawing can still show."""
 MODELS: Registry[Callable[[Specification], str]] = Registry("format of models", (), "llfsm_verify.models")
 """Each gives the text of a model, or raises DiagnosticError."""
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from llfsm_verify.registry import Entry, Registry
+from llfsm_verify.registry import Registry
 
 if TYPE_CHECKING:
     from llfsm_verify.report.drawing.graph import Graph
 
 DRAWINGS: Registry[Callable[[Graph], str | bytes]] = Registry(
     "format of drawings",
-    [
-        Entry("dot", "llfsm_verify.report.drawing.dot:dot", "the DOT language of Graphviz", (".dot", ".gv")),
-    ],
+    (),
     "llfsm_verify.drawings",
 )

@@ -16,7 +16,7 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.extensions.graphs.aut import aut
 from llfsm_verify.extensions.graphs.graphml import graphml
 from llfsm_verify.extensions.graphs.npz import npz
-from llfsm_verify.kripke.export.dot import dot
+from llfsm_verify.extensions.graphs.structure_dot import dot
 from llfsm_verify.kripke.export.json import json
 from llfsm_verify.kripke.structure import Structure, structure
 from llfsm_verify.limits import Budget, Limits

@@ -19,8 +19,8 @@ from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.extensions.graphs.aut import aut
 from llfsm_verify.extensions.graphs.graphml import graphml
 from llfsm_verify.extensions.graphs.npz import npz
+from llfsm_verify.extensions.graphs.structure_dot import dot
 from llfsm_verify.kripke.explore import Explorer
-from llfsm_verify.kripke.export.dot import dot
 from llfsm_verify.kripke.export.json import json
 from llfsm_verify.kripke.steps import Steps
 from llfsm_verify.kripke.structure import Structure, structure, structure_of

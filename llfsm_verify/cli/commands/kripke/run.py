@@ -88,7 +88,7 @@ def _model(wanted: str, problem: Problem, options: Namespace) -> str:
 
 
 def _structure(wanted: str, arrangement: Arrangement, problem: Problem, options: Namespace) -> int:
-    from llfsm_verify.kripke.export.dot import READABLE
+    from llfsm_verify.kripke.export.formats import READABLE
 
     budget = Budget(limits_of(options))
     try:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from html import escape
 
-from llfsm_verify.report.drawing.graph import LEGEND, Edge, Graph, Node, explained, with_legend
+from llfsm_verify.plug import LEGEND, Graph, explained, with_legend
+from llfsm_verify.plug import DrawnEdge as Edge
+from llfsm_verify.plug import DrawnNode as Node
 
 _NODE_STYLES = {
     "initial": "shape=point width=0.15",

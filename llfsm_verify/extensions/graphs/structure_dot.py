@@ -5,13 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
-from llfsm_verify.kripke.export.rows import RowWriter, edges, elements, initial_letters, letters, portions
-from llfsm_verify.kripke.steps import Step
-from llfsm_verify.kripke.structure import Structure
-from llfsm_verify.values import Shown, text
+from llfsm_verify import Structure
+from llfsm_verify.plug import RowWriter, Shown, Step, edges, elements, initial_letters, letters, portions, text
 
-READABLE = 300
-"""Configurations that a drawing can still show."""
 DASHED = ' style="rounded,dashed"'
 
 
