@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import itertools
+import os
 import random
 import threading
 import time
@@ -15,6 +16,7 @@ from typing import Self
 import pytest
 import yaml
 
+from llfsm_verify import Whiteboard
 from llfsm_verify.extensions.crops import Data, DataTypeError, LeftState, SimpleActionState, State, StateMachine
 from tests.cli.running import llfsm
 from tests.extensions.crops.thesis import FIXED, TRANSITION_FILE, Scripted, machine
@@ -40,6 +42,7 @@ class Logged(State):
     def execute(self, data: Data) -> str:
         self.twice = self.twice or not self.inside.acquire(blocking=False)
         outcome = self.draw()
+        time.sleep(0.002 * (len(self.log) % 3 == 0))  # some cycles, in which the last answer still stands there
         self.log.append((self.label, "failed" if outcome == ODD else outcome))
         self.inside.release()
         if outcome == "failed":
@@ -357,14 +360,22 @@ def test_the_goal_of_an_action_is_cancelled_in_a_pause_and_sent_again(tmp_path: 
     client = Client("ACTIVE")
     move = MoveToFruit("/arm", client, ends={"SUCCEEDED": "late"}, otherwise="early")
     sm = machine(tmp_path, {"Gate": move}, GATE.replace("early: Wrong", "early: Gate"), ("Right",))
-    with Executed(sm, data={"fruit_loc": 1}, rate=RATE) as done:
+    board = f"crops-{os.getpid()}"
+    with Executed(sm, data={"fruit_loc": 1}, rate=RATE, whiteboard=board) as done:
         wait_for(lambda: client.looks > 3)
         sm.pause()
         wait_for(lambda: client.cancelled == 1)
         sm.resume()
         wait_for(lambda: len(client.goals) == 2)
+        sm.change_state("Gate")
+        wait_for(lambda: client.cancelled == 2 and len(client.goals) == 3)
+        with Whiteboard(board) as others:
+            others.command("suspend", "sm")
+            wait_for(lambda: client.cancelled == 3)
+            others.command("resume", "sm")
+        wait_for(lambda: len(client.goals) == 4)
         client.states = ("SUCCEEDED",)
-    assert done.outcome == "Right"
+    assert (done.outcome, client.cancelled) == ("Right", 3)
     with pytest.raises(ValueError, match="does not end as 'ACTIVE', only as PREEMPTED"):
         MoveToFruit("/arm", client, ends={"ACTIVE": "late"}, otherwise="early")
 
