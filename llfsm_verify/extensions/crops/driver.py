@@ -144,8 +144,6 @@ class Driver:
         if current is not None and (current.label, current.ticket) != (label, due):
             self._leave(current)
             current = self._current = None
-        if self._active not in (None, self.label):
-            self._cancel()
         if self._commands and entered and (current is None or current.posted is None):
             self._operate(name, ticket)  # now the machine goes nowhere by itself
         if label is None or self._commands:
