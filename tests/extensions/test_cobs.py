@@ -99,7 +99,8 @@ def wire(folder: Path) -> Iterator[tuple[int, int]]:
 
 def noisy(random: Random, number: int) -> bytes:
     """A frame, and what a bad line makes of it."""
-    text = json.dumps({"far": number, "more": random.choice(["", "\0" * 5, "x" * random.randrange(300)])}).encode()
+    more = random.choice(["", "\0" * 5, "x" * random.randrange(300)])
+    text = json.dumps({"far": number, "more": more}).encode()
     frame = framed(text)
     match random.randrange(6):
         case 0:
@@ -150,6 +151,18 @@ def test_a_port_takes_whole_frames_and_nothing_else(tmp_path: Path) -> None:
         made.until(made.has("far", -5))
         assert counts.malformed == before + 1
         assert "port board: a frame has another checksum" in made.said
+
+
+@needs("cobs")
+@settings(max_examples=examples(60), deadline=None)
+@given(st.randoms(use_true_random=False), st.integers(1, 60))
+def test_frames_are_found_wherever_the_stream_is_cut(random: Random, piece: int) -> None:
+    stream = b"".join(noisy(random, number) for number in range(random.randrange(1, 12)))
+    bridge = cobs.Bridge()
+    lines = b"".join(bridge.lined(stream[at : at + piece]) for at in range(0, len(stream), piece)).splitlines()
+    texts = read(stream)
+    first = next((number for number, text in enumerate(texts) if text is not None), len(texts))
+    assert [None if b'"say"' in line else line for line in lines] == texts[first:]
 
 
 @needs("cobs")
