@@ -94,7 +94,8 @@ class Ros2(PortKind):
             *CHILD_FIELDS,
         ),
     )
-    keys, required = table.keys, table.required
+    keys, required, paths = table.keys, table.required, True
+    no_requests = "services and actions of ROS 2 differ from one vendor of DDS to the other, so it has topics only"
 
     def settings(self, report: Report, found: Mapping[str, Node], what: str, folder: str) -> Started | None:
         """See `Kind`."""

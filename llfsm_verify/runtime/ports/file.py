@@ -186,10 +186,13 @@ class _Reader:
         kind = self._kind(mapping, what)
         if kind is None:
             return None
-        asks = ("requests",) if asked_of(kind) is not None else ()
+        refused = getattr(kind, "no_requests", "")
+        asks = ("requests",) if refused or asked_of(kind) is not None else ()
         found = report.fields(node, what, (*PORT.keys, *asks, *kind.keys), (*PORT.required, *kind.required))
         if found is None:
             return None
+        if refused and "requests" in found:
+            report.error(UNKNOWN, f"{what} has no requests: {refused}", mark(found.pop("requests")), "remove them")
         inputs = self._entries(found.get("inputs"), "inputs", kind, what)
         outputs = self._entries(found.get("outputs"), "outputs", kind, what)
         if not {"inputs", "outputs", "requests"} & found.keys():

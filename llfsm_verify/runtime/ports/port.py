@@ -193,6 +193,8 @@ class Kind(Protocol):
     requests: Table | None = None
     """What each of its `requests` has beside what all have, such as the name of a service; the child is told it. None:
     its ports are no `AskingPort`, so it has no requests, and reads no values before the run."""
+    no_requests: str = ""
+    """Why it has none, where users may expect them."""
 
     def settings(self, report: Report, found: Mapping[str, Node], what: str, folder: str) -> Started | None:
         """Reads the settings of a port, `what` in messages; None: something is wrong and was reported.

@@ -123,13 +123,13 @@ def test_what_no_field_can_have_is_said_and_others_go_on(domain: int, folder: Pa
         first = connect(reads, writes, {"/two": {"n": 256, "x": "NaN", "s": "long"}})
         assert first == {"/two": {"n": 0, "x": "nan", "s": ""}}  # the run refuses `nan`
         assert writes.said == [] and [writes.until("say")["say"] for _ in range(2)] == [
-            "/two keeps its value: `256` is no uint8: 256 is not from 0 to 255",
+            "/two keeps its value: `256` is not a value of uint8: 256 is not from 0 to 255",
             "/two keeps its value: `long` is longer than 3 characters",
         ]
         writes.tell(values={"/two": {"n": "RED", "x": 1e300, "s": "ok"}})
         while not writes.until("say")["say"].startswith("/two is not published: float too large"):
             continue
-        assert "/two keeps its value: `RED` is no uint8" in writes.said
+        assert "/two keeps its value: `RED` is not a value of uint8" in writes.said
         writes.tell(values={"/two": {"n": 3, "x": 0.5, "s": "ok"}})
         reads.upto({"/two": {"n": 3, "x": "0.50", "s": "ok"}})
 

@@ -46,6 +46,7 @@ WRONG = [
     ("domain: 7", "domain: §233", "E493", "from 0 to 232"),
     ("[msgs]", "[§msg]", "E493", "write one with"),
     ("    topics: ", "    topic: ", "E034", "topics"),
+    ("    patience: 20s", "    requests: §{a: {service: /a}}", "E493", "remove them"),
 ]
 
 
