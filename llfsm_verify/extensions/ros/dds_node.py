@@ -41,6 +41,8 @@ ALIVE = 16
 """The state of an instance that has a writer."""
 AT_ONCE, MOST = 256, 100_000
 """Samples of a topic, and of who is there, that are taken in one call."""
+ALL = 4096
+"""Words of threads of DDS, which a pipe has room for."""
 SETTLING = 0.1
 """Seconds after which a reader that has come mostly knows us as we know it; before that it would hear nothing."""
 PATIENCE = 1.0
@@ -276,19 +278,22 @@ class Node:
             end.value = starting(self._messages, end.type)
         return found
 
-    def _listener(self, *events: str) -> Listener:
+    def _listener(self, *events: str, data: bool = False) -> Listener:
+        """Wakes `run`, for `data`, and to look who is there at events."""
         descriptor = self._wake_write  # and not `self`, which has the listeners
 
-        def wake(*_: object) -> None:
-            try:
-                os.write(descriptor, b"\0")
-            except BlockingIOError:
-                return  # it is awake
+        def waker(word: bytes) -> Callable[..., None]:
+            def wake(*_: object) -> None:
+                with suppress(BlockingIOError):  # there is enough in it
+                    os.write(descriptor, word)
 
-        return Listener(**dict.fromkeys(events, wake))
+            return wake
+
+        heard = {"on_data_available": waker(b"d")} if data else {}
+        return Listener(**heard, **dict.fromkeys(events, waker(b"e")))
 
     def _reader(self, topic: Topic[Any], of: Qos) -> DataReader[Any]:
-        return DataReader(self._participant, topic, of, self._listener("on_data_available", "on_subscription_matched"))
+        return DataReader(self._participant, topic, of, self._listener("on_subscription_matched", data=True))
 
     def _writer(self, topic: Topic[Any], of: Qos) -> DataWriter[Any]:
         return DataWriter(self._participant, topic, of, self._listener("on_publication_matched"))
@@ -410,15 +415,16 @@ class Node:
     def run(self, read: int) -> None:
         """Until the run says that it ends, or is gone."""
         self.say(hello=1)
-        rest, more = b"", False
+        rest, more = b"", True
+        self._look()
         while True:
             waits = any(end.others or end.due is not None for _, ends in self._found for end in ends.values())
             patience = 0.0 if more else SETTLING if waits else None
             ready = select.select([read, self._wake_read], [], [], patience)[0]
-            if self._wake_read in ready:
-                os.read(self._wake_read, 1 << 16)
-            more = self._take()
-            self._look()
+            woken = os.read(self._wake_read, 1 << 16) if self._wake_read in ready else b""
+            more = self._take() if woken or more else False
+            if waits or b"e" in woken or len(woken) > ALL:  # of more words, some may be lost
+                self._look()
             if read not in ready:
                 continue
             data = os.read(read, 1 << 16)
