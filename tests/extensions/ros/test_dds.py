@@ -12,7 +12,7 @@ from tests.extensions.ros.dds import BOOL, Child, child, connect, decimals, free
 from tests.outside import needs
 from tests.runtime.ports.bench import bench, declared
 
-pytestmark = needs("cyclonedds")
+pytestmark = [needs("cyclonedds"), pytest.mark.slow]
 DOOR, SCAN = "std_msgs/msg/Bool", "sensor_msgs/msg/LaserScan"
 TWO = decimals(2)
 
@@ -93,6 +93,16 @@ def test_another_message_under_the_same_type_is_said(domain: int, folder: Path, 
         assert reads.said == ["a publisher of /door does not fit: its type has other fields"]
 
 
+def test_bytes_that_are_not_a_message_do_not_take_others_with_them(folder: Path) -> None:
+    from llfsm_verify.extensions.ros import dds_node
+
+    write_types(folder, {"std_msgs/msg/String.msg": "string data\n"})
+    kind = dds_node.Classes(dds_node.Messages([str(folder)])).of("std_msgs/msg/String")
+    assert kind.deserialize(b"\0\1\0\0\2\0\0\0a\0").data == "a"
+    broken = kind.deserialize(b"\0\1\0\0\2\0\0\0\xff\0")
+    assert isinstance(broken, dds_node.Broken) and broken.problem.startswith("UnicodeDecodeError")
+
+
 @pytest.mark.parametrize(
     ("offered", "requested", "why"),
     [
@@ -145,7 +155,6 @@ def test_a_sequence_that_is_too_short_is_said(domain: int, folder: Path) -> None
         assert set(reads.said) == {"a message of /scan has no element `/scan.ranges.2`"}
 
 
-@pytest.mark.slow
 def test_a_flood_is_taken_as_fast_as_the_run_reads(domain: int, folder: Path) -> None:
     write_types(folder, {"demo/msg/Count.msg": "uint64 n\n"})
     used, many = topics(n={"type": "demo/msg/Count", "depth": 10_000}), 10_000
@@ -186,7 +195,6 @@ ports:
 """
 
 
-@pytest.mark.slow
 def test_a_run_reads_and_writes_topics(domain: int, folder: Path) -> None:
     used = topics(**{"in": "geometry_msgs/msg/Twist", "out": "geometry_msgs/msg/Twist"})
     specs = declared(PORTS % domain, folder.parent)

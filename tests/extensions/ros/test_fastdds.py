@@ -19,7 +19,7 @@ from tests.extensions.ros.dds import child, decimals, free_domain, topics, write
 from tests.extensions.ros.everything import MSG, peer
 from tests.outside import needs
 
-pytestmark = needs("cyclonedds", "fastdds", "g++")
+pytestmark = [needs("cyclonedds", "fastdds", "g++"), pytest.mark.slow]
 EVERYTHING, MANY, ROUNDS = "demo/msg/Everything", 1000, 150
 
 
@@ -84,7 +84,6 @@ def plain(value: Any) -> Any:
     return value if fields is None else {name: plain(getattr(value, name)) for name in fields}
 
 
-@pytest.mark.slow
 def test_random_messages_come_back_as_they_went(fastdds: tuple[int, Callable[..., str]], tmp_path: Path) -> None:
     """Each is compared twice: what Fast DDS has read, as it prints it, and what we read of what it writes."""
     from llfsm_verify.extensions.ros import dds_node as node
@@ -117,7 +116,6 @@ def test_random_messages_come_back_as_they_went(fastdds: tuple[int, Callable[...
     del reader, writer, participant, whole
 
 
-@pytest.mark.slow
 def test_as_many_messages_come_as_were_sent(fastdds: tuple[int, Callable[..., str]], tmp_path: Path) -> None:
     domain, line = fastdds
     write_types(tmp_path, MSG)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from llfsm_verify.extensions.ros import msgs
 from llfsm_verify.extensions.ros.msgs import (
     EMPTY,
     Many,
@@ -109,6 +110,21 @@ def test_every_beginning_of_a_file_is_read_or_refused() -> None:
 def test_a_message_without_fields_has_the_one_of_ros2(tmp_path: Path) -> None:
     messages = Messages([str(write_types(tmp_path, {"std_msgs/msg/Empty.msg": "# nothing\n"}))])
     assert starting(messages, Named("std_msgs/msg/Empty")) == {EMPTY: 0}
+
+
+def test_messages_of_an_installed_ros_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of ROS 2 all; of Debian's ROS 1 those that mean the same."""
+    write_types(tmp_path / "jazzy/share", {"a/msg/A.msg": "b/B b\n"})
+    ros1 = {"b/msg/B.msg": "float64 x\n", "b/msg/C.msg": "Header header\n", "b/msg/D.msg": "time stamp\n"}
+    write_types(tmp_path / "debian", ros1)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", f"{tmp_path / 'none'}:{tmp_path / 'jazzy'}")
+    monkeypatch.setattr(msgs, "ROS1", str(tmp_path / "debian"))
+    messages = Messages([])
+    assert messages.at("a/msg/A", ["b", "x"]) == Plain("float64")
+    for name in ("b/msg/C", "b/msg/D"):
+        with pytest.raises(Unreadable, match="of ROS 1") as caught:
+            messages.find(name)
+        assert caught.value.place == f"{tmp_path / 'debian' / name}.msg:1"
 
 
 def test_messages_that_hold_each_other_are_refused(tmp_path: Path) -> None:
