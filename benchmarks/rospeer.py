@@ -3,15 +3,18 @@
 `python3 rospeer.py publish TIMES`: prints seconds of one `publish` with a subscriber in another process, which it
 starts; `python3 rospeer.py latency TIMES`: prints, for each message, nanoseconds from before `publish` to the
 subscriber's call-back; `python3 rospeer.py relayed TIMES`: the same where a node between the two looks at each message,
-as the monitors of ROSRV do, and sends it on. A master must run at ROS_MASTER_URI.
+as the monitors of ROSRV do, and sends it on. For `benchmarks.rosport`, `there-and-back TIMES` prints the seconds that
+it takes, and for each number that it publishes to /llfsm_in, nanoseconds until it hears it from /llfsm_out; `copy 0`
+publishes there what it hears. A master must run at ROS_MASTER_URI.
 """
 
 import subprocess
 import sys
+import threading
 import time
 
 import rospy
-from std_msgs.msg import String
+from std_msgs.msg import Int64, String
 
 TOPIC, WATCHED = "llfsm_benchmark", "llfsm_watched"
 PAUSE = 0.001
@@ -80,11 +83,57 @@ def relay() -> None:
         time.sleep(1)
 
 
+def there_and_back(times: int) -> None:
+    """Each number is sent when the one before is back, at the earliest 20 ms later."""
+    rospy.init_node("llfsm_clock", disable_signals=True)
+    publisher = rospy.Publisher("/llfsm_in", Int64, queue_size=10)
+    back, heard, found = threading.Event(), 0, []
+
+    def hear(message: Int64) -> None:
+        nonlocal heard
+        now = time.monotonic_ns()
+        if message.data == sent:
+            heard = now
+            back.set()
+
+    sent = 0
+    rospy.Subscriber("/llfsm_out", Int64, hear, queue_size=10, tcp_nodelay=True)
+    while not publisher.get_num_connections():
+        time.sleep(0.01)
+    for sent in range(1, times + 11):
+        back.clear()
+        before = time.monotonic_ns()
+        publisher.publish(sent)
+        while not back.wait(1.0):  # the way back was not open yet
+            before = time.monotonic_ns()
+            publisher.publish(sent)
+        found.append(heard - before)
+        if sent == 10:
+            print("begin", flush=True)
+            begin = time.monotonic()
+        time.sleep(max(0.0, 0.02 - (heard - before) / 1e9 + 0.003 * (sent % 7) / 7))
+    print(time.monotonic() - begin, *found[10:])
+
+
+def copy() -> None:
+    rospy.init_node("llfsm_copy", disable_signals=True)
+    publisher = rospy.Publisher("/llfsm_out", Int64, queue_size=10)
+    rospy.Subscriber(
+        "/llfsm_in", Int64, lambda message: publisher.publish(message.data), queue_size=10, tcp_nodelay=True
+    )
+    while True:
+        time.sleep(1)
+
+
 if __name__ == "__main__":
     what, number = sys.argv[1], int(sys.argv[2])
     if what == "listen":
         listen(number)
     elif what == "relay":
         relay()
+    elif what == "copy":
+        copy()
+    elif what == "there-and-back":
+        there_and_back(number)
     else:
         publish(number, 0.0 if what == "publish" else PAUSE, relayed=what == "relayed")
