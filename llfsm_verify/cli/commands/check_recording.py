@@ -16,12 +16,15 @@ if TYPE_CHECKING:
     from llfsm_verify.runtime.recording.file import Recording
 
 
+NOTHING = "no property to decide: name a property file, or write -p TEXT"
+
+
 def arguments(parser: Parser) -> None:
     """Add the arguments of `llfsm check-recording`."""
     parser.about(
         "Decide properties on a recording of `llfsm run`, or on a log that others wrote: violated or satisfied by what "
-        "happened, whatever comes after, or undecided at its end. Without properties: whether the surroundings of the "
-        "run did what the arrangement's `environment` allows.",
+        "happened, whatever comes after, or undecided at its end. Without properties: whether the surroundings did "
+        "what `environment` allows.",
         "llfsm check-recording run.rec properties.ltl",
         "exit codes: 0 no property is violated, 1 one is, 2 wrong usage, 3 files wrong or unreadable, 4 undecided",
     )
@@ -46,17 +49,14 @@ def run(options: Namespace) -> int:
     from llfsm_verify.runtime.recording.file import Recording
 
     asked = bool(options.properties or options.property)
-    if not asked and options.mapping is not None:
-        raise UsageError(NOTHING)
-    if options.mapping is not None:
+    if options.mapping is not None and asked:
         return _decide_log(options)
+    if options.mapping is not None:
+        raise UsageError(NOTHING)
     if options.format is not None:
         raise UsageError("--from says what a log is, and a log needs --mapping FILE")
     with Recording(options.recording) as recording:
         return _decide(recording, options) if asked else _follow(recording, options)
-
-
-NOTHING = "no property to decide: name a property file, or write -p TEXT"
 
 
 def _follow(recording: Recording, options: Namespace) -> int:
@@ -64,19 +64,14 @@ def _follow(recording: Recording, options: Namespace) -> int:
     from llfsm_verify.arrangement import load_arrangement
     from llfsm_verify.cli.io.decided import say_followed
     from llfsm_verify.runtime.deciding.surroundings import check_surroundings
-    from llfsm_verify.runtime.recording.origin import arrangement_of
     from llfsm_verify.runtime.recording.replay import compared
 
-    arrangement = arrangement_of(recording, load_arrangement, options.arrangement, modelled=True)
-    if not arrangement.plants:
-        raise UsageError(f"{NOTHING}; without one, an arrangement with `environment` is compared with that")
-    if recording.header.get("simulated"):
-        raise UsageError(f"{NOTHING}; the run was simulated, so its surroundings are their models")
     with compared(recording):
-        followed = check_surroundings(recording, arrangement)
+        followed = check_surroundings(recording, load_arrangement, options.arrangement)
+    if followed is None:
+        raise UsageError(f"{NOTHING}; without one, a run in the world is compared with the `environment` that it has")
     tell(*(f"note: {note}" for note in recording.notes))
-    allowed = options.allow_undecided and recording.damaged is None
-    return say_followed(followed, allow_undecided=allowed)
+    return say_followed(followed, allow_undecided=options.allow_undecided and recording.damaged is None)
 
 
 def _decide(recording: Recording, options: Namespace) -> int:

@@ -13,7 +13,7 @@ construction; Rabin and Scott 1959). When none remains, the frame refutes the mo
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.replay.execution import Execution
@@ -24,7 +24,7 @@ from llfsm_verify.program.program import Choice, Int, Program
 from llfsm_verify.runtime.deciding.recordings import Decision
 from llfsm_verify.runtime.live.frame import ENDING
 from llfsm_verify.runtime.recording.file import Recording
-from llfsm_verify.runtime.recording.origin import arrangement_of, code_of, free_of
+from llfsm_verify.runtime.recording.origin import Load, arrangement_of, code_of, free_of
 from llfsm_verify.runtime.recording.replay import performed, ringlets
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.values import value_text
@@ -186,19 +186,20 @@ class Plants:
         return value_text(kind, labels, value)
 
 
-def check_surroundings(recording: Recording, arrangement: Arrangement) -> Followed:
-    """Whether what the surroundings did in a recording is a run of the models that its arrangement has of them.
+def check_surroundings(recording: Recording, load: Load, instead: str | None = None) -> Followed | None:
+    """Whether what the surroundings did in a recording is a run of the models that its arrangement has of them, or that
+    the one in the file `instead` has; None: it has none, or the models made the run themselves.
 
-    `arrangement` is the one of the recording, with its plants. DiagnosticError: the recording is damaged before its
-    first frame. Differs: it is of another arrangement.
+    DiagnosticError: the recording is damaged before its first frame. Differs: it is of another arrangement.
     """
+    arrangement = arrangement_of(recording, load, instead, modelled=True)
+    if not arrangement.plants or recording.header.get("simulated"):
+        return None
     names = tuple(plant.request.name if plant.request else plant.name for plant in arrangement.plants)
     if recording.goes_on:
         return Followed(names, "undecided", 0, "it goes on with an earlier run, so it does not tell how that began")
-    world = arrangement_of(recording, lambda _: arrangement, arrangement.path)
-    code = code_of(recording, world)
-    plants = Plants(replace(arrangement, timing="timed", cycle_ms=world.cycle_ms), code.program.choices,
-                    free_of(recording, code.program))  # fmt: skip
+    code = code_of(recording, arrangement_of(recording, load, instead))
+    plants = Plants(arrangement, code.program.choices, free_of(recording, code.program))
     done = frames = 0
     for turn in performed(recording, code):
         moves = [] if turn.frame[ENDING] else [r.move.choices for r in ringlets([turn], code, done=done) if not r.fails]

@@ -149,7 +149,7 @@ def test_the_texts_in_a_recording_are_those_that_ran(ending: str, tmp_path: Path
         (("run", LIGHTS, "--rate", "1e400"), 2),
         (("run", LIGHTS, "--rate", "0.000001"), 2),
         (("run", LIGHTS, "--priority", "100"), 2),
-        (("check-recording", LIGHTS), 2),
+        (("check-recording", LIGHTS, "--from", "csv"), 2),
     ],
 )
 def test_wrong_usage(arguments: tuple[str, ...], code: int) -> None:
