@@ -164,6 +164,7 @@ class Ros1(PortKind):
         if len(report.diagnostics) > before or timing is None:
             return None
         python = named.get("python", PYTHON)
+        python = str(Path(folder, python).absolute()) if "/" in python else python
         _check(
             report,
             python,

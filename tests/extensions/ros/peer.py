@@ -5,6 +5,7 @@ It runs under the system's Python and has nothing of ours but the reader of mess
 
 import json
 import os
+import random
 import sys
 import threading
 from pathlib import Path
@@ -126,6 +127,57 @@ def act(name, act, values=None):
         getattr(handle, act)()
     else:
         getattr(handle, act)(filled(type(kept[name, "action"].action_result.result)(), values))
+
+
+def whims(service, service_of, action, action_of):
+    """Servers that do whatever servers may, and somebody who halts what is under way."""
+    draw = random.Random(3)
+    made = types.service(service_of)
+
+    def serve(_):
+        rospy.rostime.wallsleep(draw.choice([0, 0, 0.02, 0.05, 0.5]))
+        if draw.random() < 0.3:
+            raise ValueError("not today")
+        return made._response_class()
+
+    def live(handle):
+        def pause():
+            return handle.cancelled.wait(draw.choice([0, 0, 0.01, 0.03, 0.06, 0.5 if draw.random() < 0.2 else 0]))
+
+        if pause() and draw.random() < 0.5:
+            handle.set_canceled()
+        elif draw.random() < 0.2:
+            handle.set_rejected()
+        else:
+            handle.set_accepted()
+            for _ in range(draw.randrange(3)):
+                handle.publish_feedback(types.action(action_of)().action_feedback.feedback)
+                pause()
+            if handle.cancelled.is_set() and draw.random() < 0.7:
+                handle.set_canceled()
+            elif draw.random() < 0.3:
+                handle.set_aborted()
+            else:
+                handle.set_succeeded()
+
+    by_id = {}
+
+    def goal(handle):
+        handle.cancelled = by_id.setdefault(handle.get_goal_id().id, threading.Event())
+        threading.Thread(target=live, args=(handle,), daemon=True).start()
+
+    def cancel(handle):
+        by_id.setdefault(handle.get_goal_id().id, threading.Event()).set()
+
+    def halt():
+        while True:
+            kept["/halt"].publish(draw.random() < 0.3)
+            rospy.rostime.wallsleep(draw.choice([0.01, 0.03, 0.1]))
+
+    kept[service] = rospy.Service(service, made, serve)
+    kept[action] = actionlib.ActionServer(action, types.action(action_of), goal, cancel, auto_start=False)
+    kept[action].start()
+    threading.Thread(target=halt, daemon=True).start()
 
 
 def parameter(name, value):
