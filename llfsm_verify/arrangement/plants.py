@@ -186,7 +186,7 @@ class RequestPlant:
             message = f"`{scalar.text[:40]}` is not a positive time"
             site.report.error(UNTIMED, message, mark(scalar), "write a time such as 500ms, 90s, 5min or 2h")
         elif site.cycle_ms is None:
-            hint = "write `cycle_ms`, or give only the port its `timeout`"
+            hint = "write `cycle_ms`, or leave it out here and in the file of ports"
             site.report.error(UNTIMED, "`timeout` counts cycles, which have no length here", mark(scalar), hint)
         else:
             return milliseconds
