@@ -97,10 +97,10 @@ def build(
 ) -> Model:
     """An arrangement from Python values. Arguments mean what the keys of an arrangement file mean.
 
-    `environment` is the model of the surroundings. Without `schedule` and `processes`, machines take turns in the order
-    of `machines`, without those of the `pool`. Raises `DiagnosticError` as `load` does; places are those in the shape
-    of a file, in which the definition of machine `ns` is ``machines.ns.inline``. TypeError: a value is of a type that
-    has no meaning there.
+    `environment` is the model of the surroundings, or several by their names. Without `schedule` and `processes`,
+    machines take turns in the order of `machines`, without those of the `pool`. Raises `DiagnosticError` as `load`
+    does; places are those in the shape of a file, in which the definition of machine `ns` is ``machines.ns.inline``.
+    TypeError: a value is of a type that has no meaning there.
     """
     document: dict[str, object] = {
         "name": name,
@@ -114,7 +114,7 @@ def build(
         "tables": tables,
         "whiteboard": whiteboard,
         "machines": _instances(machines),
-        "environment": None if environment is None else _instance("environment", environment),
+        "environment": None if environment is None else _environment(environment),
         "schedule": schedule
         if schedule is not None or processes is not None
         else [m for m in machines if m not in _named(pool)],
@@ -138,6 +138,13 @@ def _instances(machines: object) -> Mapping[str, object]:
     if not isinstance(machines, Mapping):
         raise TypeError(f"machines: this is a mapping from names to machines, not {machines!r:.80}")
     return {key: _instance(f"machines.{key}", value) for key, value in machines.items()}
+
+
+def _environment(value: object) -> Mapping[str, object]:
+    if not isinstance(value, Mapping):
+        return _instance("environment", value)
+    made = MachineDefinition | InstanceDefinition | Path
+    return {key: _instance(f"environment.{key}", one) if isinstance(one, made) else one for key, one in value.items()}
 
 
 def _instance(place: str, value: object) -> Mapping[str, object]:

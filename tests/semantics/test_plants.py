@@ -273,6 +273,21 @@ def test_each_has_variables_and_a_clock_of_its_own() -> None:
     hold(document, "X X X X (n == 3 && free)", "X X X (n == 0 && !free)", "G (p0.k2 == 1 && p1.LOW.k == 0)")
 
 
+def test_python_names_several() -> None:
+    plants = {
+        name: lv.MachineDefinition("P", {"ANY": lv.StateDefinition(internal=f"{name} = choose(bool);")})
+        for name in ("left", "right")
+    }
+    model = lv.build(
+        "m",
+        {"a": lv.MachineDefinition("M", {"IDLE": lv.StateDefinition(stays=True)})},
+        whiteboard={name: {"type": "bool", "role": "input"} for name in plants},
+        environment={f"p_{name}": plant for name, plant in plants.items()},
+    )
+    found = model.check({"a": "G (left -> right)", "b": "G (p_left@ANY && p_right@ANY)"})
+    assert [found["a"].verdict, found["b"].verdict] == ["violated", "holds"]
+
+
 def test_a_plant_that_two_properties_name_is_absent_at_run_time() -> None:
     from llfsm_verify.monitoring.machine_reads import surroundings_in
 

@@ -275,15 +275,19 @@ ports:
 """
 
 
-def record(folder: Path, *words: str) -> Path:
-    """A run of picking.yaml against a real other side, in cycles of 10 ms; how long cycles take decides nothing."""
+def with_beat() -> str:
+    """picking.yaml in cycles of 10 ms, without time-outs, and with a slot that changes in each cycle."""
     text = Path("tests/arrangement/requests/picking.yaml").read_text(encoding="utf-8")
     text = text.replace("cycle_ms: 100", "cycle_ms: 10").replace("after_ms(300)", "after_ms(30)")
     text = text.replace(", timeout: 1s", "").replace(", timeout: 2s", "")
     beat = "{inline: {machine: Beat, states: [{name: A, internal: beat = !beat;, stays: true}]}}"
     text = text.replace("  grip:", "  beat: {type: bool, role: output}\n  grip:")
-    text = text.replace("schedule: [robot]", f"  beat_machine: {beat}\nschedule: [robot, beat_machine]")
-    (folder / "a.yaml").write_text(text, encoding="utf-8")
+    return text.replace("schedule: [robot]", f"  beat_machine: {beat}\nschedule: [robot, beat_machine]")
+
+
+def record(folder: Path, *words: str) -> Path:
+    """A run of picking.yaml against a real other side, in cycles of 10 ms; how long cycles take decides nothing."""
+    (folder / "a.yaml").write_text(with_beat(), encoding="utf-8")
     (to_child, from_run), (to_run, from_child) = os.pipe(), os.pipe()
     (folder / "ports.yaml").write_text(PORTS.format(read=to_run, write=from_run), encoding="utf-8")
     command = [sys.executable, "tests/runtime/deciding/other_side.py", *words]
@@ -337,6 +341,60 @@ def test_a_run_that_does_not_keep_to_its_plants(tmp_path: Path) -> None:
         r" {10}in frame [\d,]+: (`fruits` is|`locate_state` = |`arm_state` = ).*the models allow .*\n",
         found.stdout,
     )
+
+
+CHILD = """
+import json, random, sys
+
+def say(**message):
+    sys.stdout.write(json.dumps(message) + chr(10))
+    sys.stdout.flush()
+
+rng, late = random.Random(5), []
+for line in sys.stdin:
+    message = json.loads(line)
+    if "hello" in message:
+        say(hello=1)
+    elif "request" in message:
+        number = message["request"]
+        if rng.random() < 0.05:
+            sys.exit(3)
+        elif message["name"] == "locate":
+            say(answer=number, state=rng.choice(["DONE", "FAILED"]), values={"fruits": rng.randrange(4)})
+        elif rng.random() < 0.3:
+            say(answer=number, state=rng.choice(["REJECTED", "RECALLED", "LOST"]))
+        else:
+            say(state="ACTIVE", of=number)
+            late.append(number)
+    elif "cancel" in message and message["cancel"] in late:
+        say(answer=message["cancel"], state=rng.choice(["PREEMPTED", "SUCCEEDED"]))
+    if len(late) > 0 and rng.random() < 0.7:
+        say(answer=late.pop(), state=rng.choice(["SUCCEEDED", "ABORTED", "RECALLED"]))
+        say(answer=1, state="SUCCEEDED")
+"""
+PROCESS = """
+ports:
+  robot:
+    kind: process
+    run: [{python}, child.py]
+    outputs: [beat]
+    requests: {{locate: {{answers: {{fruits: fruits}}}}, arm: {{}}}}
+"""
+
+
+@pytest.mark.long
+def test_a_port_that_is_a_program_keeps_to_the_plants_of_its_requests(tmp_path: Path) -> None:
+    """Whatever its child does: it ends, answers twice, or says what it cannot say."""
+    (tmp_path / "a.yaml").write_text(with_beat(), encoding="utf-8")
+    (tmp_path / "child.py").write_text(CHILD, encoding="utf-8")
+    (tmp_path / "ports.yaml").write_text(PROCESS.format(python=sys.executable), encoding="utf-8")
+    path = tmp_path / "run.rec"
+    run = ["run", str(tmp_path / "a.yaml"), "--ports", str(tmp_path / "ports.yaml"), "--for", "3s", "-q"]
+    command = [sys.executable, "-m", "llfsm_verify", *run, "--set", "halt=false", "--record", str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found = llfsm("check-recording", str(path))
+    assert found.returncode == 0, found.stdout + found.stderr
 
 
 @pytest.mark.slow
