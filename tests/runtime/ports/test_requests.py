@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
@@ -14,6 +15,7 @@ from llfsm_verify.arrangement.requests import IDLE, STATES, Request, RequestKind
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.ports.handshake import Handshake
+from tests.cli.running import llfsm
 from tests.runtime.ports.bench import bench, declared
 from tests.runtime.ports.picker import picker, port
 
@@ -244,3 +246,61 @@ def test_a_plant_describes_a_request(tmp_path: Path) -> None:
         Request("locate", "service", "locate", "locate_state", {"now": "now"}, {"fruits": "list.count"}, timeout=2.0),
     )
     assert spec.fed == {"locate_state", "fruits"}
+
+
+OTHER_SIDE = """
+import json, os, random, select, sys
+rng, asked, said = random.Random(int(sys.argv[1])), {}, 0
+def say(**message): print(json.dumps(message), flush=True)
+def heard(rest=b""):
+    while True:
+        if select.select([0], [], [], 0.002)[0]:
+            data = os.read(0, 1 << 16)
+            if not data: return
+            *lines, rest = (rest + data).split(b"\\n")
+            yield from map(json.loads, lines)
+        yield {}
+for message in heard():
+    if "hello" in message: say(hello=1)
+    if "request" in message: asked[message["request"]] = [message["name"], "PENDING"]
+    if "cancel" in message and message["cancel"] in asked:
+        name, state = asked[message["cancel"]]
+        if name == "locate": del asked[message["cancel"]]
+        else: asked[message["cancel"]][1] = "CANCELLED"
+    for number, (name, state) in list(asked.items()):
+        if rng.random() < 0.5: continue
+        said += 1
+        if name == "arm" and state == "PENDING" and rng.random() < 0.7:
+            say(state="ACTIVE", of=number, values={})
+            asked[number][1] = "ACTIVE"
+            continue
+        ends = ["DONE", "FAILED"] if name == "locate" else ["SUCCEEDED", "ABORTED", "PREEMPTED", "REJECTED", "nonsense"]
+        say(answer=number, state=rng.choice(ends), values={"fruit_list": {"count": rng.randrange(4)}})
+        say(answer=number, state=rng.choice(ends), values={"fruit_list": {"count": rng.randrange(4)}})
+        del asked[number]
+    say(values={"halt": rng.random() < 0.3})
+    if said > 60: sys.exit()
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_recorded_run_keeps_to_the_plants_of_its_requests(seed: int, tmp_path: Path) -> None:
+    """Whatever the other side does, and whenever: the port does what the plant of the same name may do."""
+    text = Path("tests/arrangement/requests/picking.yaml").read_text(encoding="utf-8")
+    for limit in (", timeout: 1s", ", timeout: 2s"):  # which a busy machine would exceed
+        text = text.replace(limit, "")
+    (tmp_path / "a.yaml").write_text(text)
+    (tmp_path / "other.py").write_text(OTHER_SIDE)
+    (tmp_path / "a.ports.yaml").write_text(
+        f"ports:\n  robot:\n    kind: process\n    run: [{json.dumps(sys.executable)}, other.py, '{seed}']\n"
+        "    inputs: [halt]\n    outputs: [arm_state, locate_state, robot, grip]\n    on_failure: stop\n"
+        "    requests:\n      locate: {answers: {fruits: fruit_list.count}}\n      arm: {}\n"
+    )
+    record = str(tmp_path / "run.rec")
+    words = ["run", str(tmp_path / "a.yaml"), "--ports", str(tmp_path / "a.ports.yaml"), "--rate", "50"]
+    done = llfsm(*words, "--record", record)
+    assert done.returncode == 1 and "it has ended with code 0: `halt` failed" in done.stdout, done.stderr
+    checked = llfsm("check-recording", record)
+    assert checked.returncode == 0, checked.stdout + checked.stderr
+    assert "satisfied  the run keeps to `locate`, `arm`" in checked.stdout
