@@ -61,8 +61,7 @@ class Handshake:
         """Whether it takes too long."""
         limit = self.request.timeout
         if limit is not None and self.number and now >= self._since + limit:
-            if not self._cancelled:
-                self._asked.cancel(self.number)
+            self.withdraw()
             self._close(TIMEOUTS[self.request.kind], {})
             self._move(now)
 
@@ -98,6 +97,12 @@ class Handshake:
         self._move(now)
         return problem
 
+    def withdraw(self) -> None:
+        """What is under way is not wanted any more."""
+        if self.number and not self._cancelled:
+            self._cancelled = True
+            self._asked.cancel(self.number)
+
     def _close(self, state: str, values: Mapping[str, Json]) -> None:
         if self.request.kind == "action" and self._last == "PENDING" and state not in UNBEGUN:
             self._next.append(("ACTIVE", {}))
@@ -107,9 +112,8 @@ class Handshake:
     def _move(self, now: float) -> None:
         kind = self.request.kind
         under_way = self.state in UNDER_WAY[kind]
-        if under_way and not self._seen and self.number and not self._cancelled:
-            self._cancelled = True
-            self._asked.cancel(self.number)
+        if under_way and not self._seen:
+            self.withdraw()
         if not self._shown:
             return
         if self.state == IDLE:

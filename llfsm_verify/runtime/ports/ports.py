@@ -87,6 +87,8 @@ class RunLink:
             self._theirs.setdefault(ours, theirs)
         self.handshakes = [Handshake(request, self) for request in spec.requests]
         self._numbers = 0
+        self._sends: dict[str, Shown] = {}
+        """The fields of a request, if it is sent now."""
         self._unanswered: dict[int, Handshake] = {}
 
     def hello(self, told: Mapping[str, Json]) -> dict[str, Json]:
@@ -616,6 +618,10 @@ class Ports:
         for link in self._links:
             link.over = True
         self._look(last=True)
+        for link, port in list(self._open):
+            for handshake in link.handshakes:
+                self._guard(link, port, handshake.withdraw)
+        self._watch()
         self._flush()
         if ending != "ended" and self._frame > 1:
             for link, port in list(self._open):

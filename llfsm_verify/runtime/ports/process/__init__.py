@@ -12,7 +12,8 @@ ports; `values`: by field, nested where a field has dots):
       {"values": {…}, "time": T, "cycle": N}                             outputs have changed, or with `clock: external`
                                                                          cycle N has ended; T: monotonic seconds
       {"request": 17, "name": NAME, "values": {…}}                       to be answered by its number
-      {"cancel": 17}                                                     its answer is not wanted any more
+      {"cancel": 17}                                                     its answer is not wanted any more, as where
+                                                                         the run ends; an action still reports its end
       {"safe": {…}}                                                      the run has ended, and these are safe values
       {"end": "stopped"}                                                 the last line; then the socket is closed
     child to run
