@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import select
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from decimal import Decimal
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,7 @@ from llfsm_verify.diagnostics import Source
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.registry import Entry
 from llfsm_verify.runtime.ports.file import PORT
-from llfsm_verify.runtime.ports.port import PORTS, Kind, Port, Started
+from llfsm_verify.runtime.ports.port import PORTS, AskingPort, Kind, Port, Started
 from llfsm_verify.testing.conformance.outcome import Case, Wrong
 from llfsm_verify.testing.conformance.plugs import ODD, demand, entry_of
 from llfsm_verify.testing.conformance.stopping import Overdue, within_time
@@ -22,7 +22,7 @@ from llfsm_verify.values import Shown
 from llfsm_verify.yaml.compose import compose
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Mapping as MappingNode
-from llfsm_verify.yaml.nodes import Node
+from llfsm_verify.yaml.nodes import Node, Scalar
 
 T = TypeVar("T")
 AT_ONCE = 5.0
@@ -34,13 +34,18 @@ WRONG = ("{}", "[a]", "''", "-1", "x" * 300)
 class _Heard:
     """A link whose run takes whatever comes."""
 
-    name, fields = "port", frozenset({"go"})
+    name = "port"
+
+    def __init__(self, inputs: Iterable[str] = ("go",), outputs: Iterable[str] = ("out",)) -> None:
+        self.fields, self._outputs = frozenset(inputs), frozenset(outputs)
+
     latest, repeats = 1, True
 
     def hello(self, told: Mapping[str, Json]) -> dict[str, Json]:
-        number: Json = {"low": 0, "high": 9, "boolean": False, "digits": 0, "labels": []}
+        number: Json = {"low": 0, "high": 1, "boolean": True, "digits": 0, "labels": []}
         return {
-            "hello": 1, "port": self.name, "cycle_ms": 10.0, "inputs": {"go": number}, "outputs": {"out": number},
+            "hello": 1, "port": self.name, "cycle_ms": 10.0, "inputs": dict.fromkeys(self.fields, number),
+            "outputs": dict.fromkeys(self._outputs, number),
             "requests": {}, "told": dict(told),
         }  # fmt: skip
 
@@ -66,6 +71,16 @@ class _Heard:
 
     def unsent(self, why: str) -> None:
         demand(why, "why a message was not sent is not said")
+
+
+def _heard(settings: Mapping[str, Node]) -> _Heard:
+    """With the fields that the settings name, where they do."""
+    named = {
+        key: [value.text for _, value in node.items if isinstance(value, Scalar)]
+        for key in ("inputs", "outputs")
+        if isinstance(node := settings.get(key), MappingNode)
+    }
+    return _Heard(**named)
 
 
 def port_cases(kind: Entry | str, settings: str, folder: str | Path = ".") -> list[Case]:
@@ -109,9 +124,11 @@ def port_cases(kind: Entry | str, settings: str, folder: str | Path = ".") -> li
             raise Wrong("it does not take the settings")
         before = _descriptors()
         for _ in range(2):
-            port = _at_once("opening", lambda: started.start(_Heard()))
+            port = _at_once("opening", lambda: started.start(_heard(given())))
             try:
                 _serve(port)
+                if isinstance(port, AskingPort):
+                    _leave(port)
             finally:
                 _at_once("`close`", port.close)
             demand(_descriptors() <= before, "a port that is closed leaves a descriptor open")
@@ -129,12 +146,29 @@ def _serve(port: Port) -> None:
     for number in range(20):
         values: dict[str, Shown] = {"out": number, "on": number % 2 == 0, "speed": Decimal("0.5"), "mode": "LOW"}
         _at_once("`send`", partial(port.send, values))
-        poll = select.poll()
-        for descriptor, events in port.waits():
-            poll.register(descriptor, events)
-        ready = dict(poll.poll(1))
-        _at_once("`serve`", partial(port.serve, ready, time.monotonic()))
+        _turn(port)
         demand(isinstance(port.flushed, bool), "`flushed` is neither true nor false")
+
+
+def _leave(port: AskingPort) -> None:
+    """As a run does that asks, cancels, and ends; then the other side must end."""
+    values: dict[str, Shown] = {"on": True}
+    for what, call in (
+        ("ask", partial(port.ask, 1, "request", values)), ("cancel", partial(port.cancel, 1)),
+        ("safe", partial(port.safe, values)), ("end", partial(port.end, "stopped")),
+    ):  # fmt: skip
+        _at_once(f"`{what}`", call)
+    limit = time.monotonic() + 2 * AT_ONCE
+    while not port.flushed:
+        demand(time.monotonic() < limit, "it is not `flushed` although it was told the end")
+        _turn(port)
+
+
+def _turn(port: Port) -> None:
+    poll = select.poll()
+    for descriptor, events in port.waits():
+        poll.register(descriptor, events)
+    _at_once("`serve`", partial(port.serve, dict(poll.poll(1)), time.monotonic()))
 
 
 def _at_once(what: str, call: Callable[[], T]) -> T:

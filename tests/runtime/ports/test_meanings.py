@@ -14,6 +14,7 @@ from llfsm_verify.api.model import Model
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.runtime.ports.line_port import shown_json
+from tests.runtime.live.runs import code_of
 from tests.runtime.ports.bench import Bench, bench, declared, lines_of
 from tests.runtime.ports.picker import PICKER, picker, port
 
@@ -78,6 +79,16 @@ def test_too_many_events_are_refused_and_counted(tmp_path: Path) -> None:
         for _ in range(2100):
             made.turn()
         assert made.value("pauses") == 2000 - refused
+
+
+def test_events_need_cycles_of_one_process(tmp_path: Path) -> None:
+    text, _, _ = pipes(tmp_path, EVENTS)
+    machines = {"m": PICKER["machines"]["m"], "n": {"inline": {"machine": "N", "states": [{"name": "T"}]}}}  # type: ignore[index]
+    document = {name: value for name, value in PICKER.items() if name != "schedule"}
+    two = code_of(build_arrangement({**document, "machines": machines, "processes": {"a": ["m"], "b": ["n"]}}))
+    with pytest.raises(DiagnosticError) as caught, bench(*declared(text, tmp_path, two), code=two):
+        pass
+    assert [d.code for d in caught.value.diagnostics] == ["E495"] and "no single cycle" in str(caught.value)
 
 
 def test_names_of_the_other_side_go_both_ways_and_wrong_ones_do_not(tmp_path: Path) -> None:

@@ -30,6 +30,7 @@ from llfsm_verify.testing.conformance import (
     writer_cases,
 )
 from llfsm_verify.testing.conformance.plugs import SAMPLES, subjects
+from tests.extensions.ros.dds import free_domain
 from tests.extensions.test_mqtt import Broker
 from tests.outside import needs
 from tests.runtime.ports.test_whiteboard import other
@@ -157,6 +158,12 @@ def settings_of(kind: str, folder: Path) -> Iterator[str]:
             left.callback(os.close, slave)
             tty.setraw(master)
             yield f"{{device: '{os.ttyname(slave)}', baud: 57600}}"
+        elif kind == "ros2":
+            domain = left.enter_context(free_domain())
+            (folder / "msgs/std_msgs/msg").mkdir(parents=True)
+            (folder / "msgs/std_msgs/msg/Bool.msg").write_text("bool data\n")
+            fields = "inputs: {go: /x.data}, outputs: {on: /x.data}"
+            yield f"{{topics: {{/x: std_msgs/msg/Bool}}, messages: [msgs], domain: {domain}, {fields}}}"
         else:
             assert kind == "mqtt"
             broker = Broker(folder)
@@ -164,9 +171,13 @@ def settings_of(kind: str, folder: Path) -> Iterator[str]:
             yield f"{{host: 127.0.0.1, port: {broker.port}, qos: 1}}"
 
 
+NEEDED = {"mqtt": "mosquitto", "ros2": "cyclonedds"}
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=needs("mosquitto")) if name == "mqtt" else name for name in PORTS]
+@pytest.mark.parametrize(  # `ros1` has a test of its own, beside its master
+    "name",
+    [pytest.param(name, marks=needs(NEEDED[name])) if name in NEEDED else name for name in PORTS if name != "ros1"],
 )
 def test_ports(name: str, tmp_path: Path) -> None:
     with settings_of(name, tmp_path) as settings:
