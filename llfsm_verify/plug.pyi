@@ -62,7 +62,7 @@ from llfsm_verify.cli.commands import COMMANDS
 from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.parser import CommandEntry, UsageError
 from llfsm_verify.cli.parser import Parser as CommandParser
-from llfsm_verify.diagnostics import Source, Span, counted
+from llfsm_verify.diagnostics import Fragment, Source, Span, counted
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
 from llfsm_verify.kripke.export.rows import (
@@ -82,17 +82,45 @@ from llfsm_verify.kripke.steps import Step
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.language.types import decimal_text
 from llfsm_verify.limits import LimitReached, Limits, reached, tick
+from llfsm_verify.logic.bounds import IN_STEPS, MAX_STEPS, MAX_TICKS, repeat, step_bound
+from llfsm_verify.logic.codes import BOUND as WRONG_BOUND
+from llfsm_verify.logic.codes import EMPTY as WRONG_EMPTY
+from llfsm_verify.logic.codes import FOREIGN as WRONG_FOREIGN
 from llfsm_verify.logic.codes import HOA as WRONG_HOA
 from llfsm_verify.logic.codes import HOA_ACCEPTANCE, HOA_NUMBER, HOA_UNSUPPORTED
+from llfsm_verify.logic.codes import MIXTURE as WRONG_MIXTURE
+from llfsm_verify.logic.codes import OPEN_BRACKET as WRONG_OPEN_BRACKET
+from llfsm_verify.logic.codes import REPETITION as WRONG_REPETITION
+from llfsm_verify.logic.codes import STRAY_BRACKET as WRONG_STRAY_BRACKET
+from llfsm_verify.logic.codes import TOO_DEEP as WRONG_TOO_DEEP
+from llfsm_verify.logic.codes import TOO_MANY_WORDS as WRONG_TOO_MANY_WORDS
+from llfsm_verify.logic.expressions import first_match, sequence
 from llfsm_verify.logic.formula import FALSE as FALSE_FORMULA
+from llfsm_verify.logic.formula import (
+    PAST_STEPS,
+    Formula,
+    apply,
+    atom,
+    conjunction,
+    depth,
+    disjunction,
+    mapped,
+    negation,
+    postorder,
+)
 from llfsm_verify.logic.formula import TRUE as TRUE_FORMULA
-from llfsm_verify.logic.formula import Formula, apply, atom, conjunction, disjunction, mapped, negation, postorder
 from llfsm_verify.logic.formula import Op as FormulaOp
 from llfsm_verify.logic.lines import has_header
+from llfsm_verify.logic.parsing.delays import refuse_delays
+from llfsm_verify.logic.parsing.formulas import MAX_DEPTH, Parsed
+from llfsm_verify.logic.parsing.tokens import MAX_TOKENS
+from llfsm_verify.logic.parsing.words import atom_place
 from llfsm_verify.logic.properties import PropertySet, asked_text, parse_properties
 from llfsm_verify.logic.reading import GivenLines
 from llfsm_verify.logic.reading import read_source as read_properties
 from llfsm_verify.logic.rewriting.normal_form import nnf
+from llfsm_verify.logic.syntax_names import Syntax
+from llfsm_verify.logic.syntaxes.writing import Spelling
 from llfsm_verify.monitoring.lookup import entry_bytes
 from llfsm_verify.monitoring.properties import shown as shown_atom
 from llfsm_verify.monitoring.states import MonitorVerdict
@@ -245,15 +273,21 @@ __all__ = [
     "HOA_UNSUPPORTED",
     "INT64_MAX",
     "INT64_MIN",
+    "IN_STEPS",
     "LEGEND",
     "LINE_FRAMING",
     "LOGS",
     "MACHINES",
+    "MAX_DEPTH",
+    "MAX_STEPS",
+    "MAX_TICKS",
+    "MAX_TOKENS",
     "MODELS",
     "NO_GRAPHVIZ",
     "NUMBER",
     "OPERATOR",
     "ORACLES",
+    "PAST_STEPS",
     "PIPE_WIDTH",
     "PLANTS",
     "PORTS",
@@ -274,8 +308,17 @@ __all__ = [
     "WHEN",
     "WORLDS",
     "WRITERS",
+    "WRONG_BOUND",
+    "WRONG_EMPTY",
+    "WRONG_FOREIGN",
     "WRONG_HOA",
+    "WRONG_MIXTURE",
+    "WRONG_OPEN_BRACKET",
     "WRONG_PORT",
+    "WRONG_REPETITION",
+    "WRONG_STRAY_BRACKET",
+    "WRONG_TOO_DEEP",
+    "WRONG_TOO_MANY_WORDS",
     "Answer",
     "Arrangement",
     "ArrangementDraft",
@@ -317,6 +360,7 @@ __all__ = [
     "FileAutomaton",
     "Formula",
     "FormulaOp",
+    "Fragment",
     "FrameLayout",
     "Framing",
     "Get",
@@ -365,6 +409,7 @@ __all__ = [
     "Output",
     "Package",
     "ParameterDraft",
+    "Parsed",
     "Plant",
     "PlantSite",
     "Port",
@@ -399,6 +444,7 @@ __all__ = [
     "Source",
     "Span",
     "Specification",
+    "Spelling",
     "Started",
     "StateDraft",
     "Step",
@@ -406,6 +452,7 @@ __all__ = [
     "Style",
     "Switch",
     "SymbolicDefinitions",
+    "Syntax",
     "Table",
     "Target",
     "TargetWanted",
@@ -444,6 +491,7 @@ __all__ = [
     "apply",
     "asked_text",
     "atom",
+    "atom_place",
     "bad_prefixes_of",
     "blocks",
     "branches",
@@ -457,6 +505,7 @@ __all__ = [
     "constant_of",
     "counted",
     "decimal_text",
+    "depth",
     "did_you_mean",
     "disjunction",
     "distinct_nodes",
@@ -473,6 +522,7 @@ __all__ = [
     "field_names",
     "find_accepting_lasso",
     "find_vectors",
+    "first_match",
     "fits",
     "fold",
     "get",
@@ -516,6 +566,8 @@ __all__ = [
     "read_source",
     "rebuilt",
     "record_of",
+    "refuse_delays",
+    "repeat",
     "replay_file",
     "result_text",
     "resumed_text",
@@ -523,9 +575,11 @@ __all__ = [
     "safe_values",
     "scalars",
     "sentences",
+    "sequence",
     "shown_atom",
     "starting_values",
     "statements",
+    "step_bound",
     "steps_known",
     "stop_at_faults",
     "summary_text",

@@ -24,7 +24,8 @@ from llfsm_verify.logic.parsing.patterns import read_pattern
 from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, Token, tokenise
 from llfsm_verify.logic.parsing.words import Words
 from llfsm_verify.logic.reading import GivenLines
-from llfsm_verify.logic.syntaxes import SYNTAXES, parse_in, table_of
+from llfsm_verify.logic.syntax_names import TABLES
+from llfsm_verify.logic.syntaxes import SYNTAXES, parse_in
 
 MAX_MISTAKES = 50
 """Reading ends after so many mistakes."""
@@ -220,10 +221,7 @@ def _named(line: Line, syntax: str) -> Line:
     """A line without a name of ours may have one in the words around the formula: `ltl name { … }`."""
     if line.named or syntax == "llfsm":
         return line
-    from llfsm_verify.logic.syntaxes.reading import unwrap
-
-    body = _body(line, syntax)
-    _, _, name = unwrap(table_of(syntax), body.text)
+    name = TABLES.load(syntax).name_in(_body(line, syntax).text)
     return line if name is None else replace(line, name=name, named=True)
 
 

@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
-from llfsm_verify.registry import Entry, Registry
+from llfsm_verify.registry import Registry
 
 if TYPE_CHECKING:
-    from llfsm_verify.logic.syntaxes.table import SyntaxTable
+    from llfsm_verify.diagnostics import Fragment
+    from llfsm_verify.logic.parsing.formulas import Parsed
+    from llfsm_verify.logic.syntaxes.writing import Spelling
+
+
+class Syntax(Protocol):
+    """The syntax of another tool."""
+
+    @property
+    def spelling(self) -> Spelling: ...
+
+    def read(self, fragment: Fragment) -> Parsed:
+        """The formula that a text is. DiagnosticError: it is none."""
+        ...
+
+    def name_in(self, text: str) -> str | None:
+        """The name that the words around a formula give it: `ltl name { … }`."""
+        ...
+
 
 OURS = "llfsm"
 """The syntax of property files, which has a grammar of its own."""
-TABLES: Registry[SyntaxTable] = Registry(
-    "syntax",
-    [
-        Entry("spot", "llfsm_verify.logic.syntaxes.spot:SPOT", "Spot: temporal logic and PSL"),
-        Entry("spin", "llfsm_verify.logic.syntaxes.spin:SPIN", "SPIN: `ltl name { … }`"),
-        Entry("nusmv", "llfsm_verify.logic.syntaxes.nusmv:NUSMV", "NuSMV and nuXmv: `LTLSPEC`"),
-    ],
-)
-"""The words and operators of the syntaxes of other tools."""
+TABLES: Registry[Syntax] = Registry("syntax", (), "llfsm_verify.syntaxes")
+"""The syntaxes of other tools."""
 SYNTAXES = (OURS, *TABLES)

@@ -24,8 +24,8 @@ LATER = ("numpy", "numba", "networkx", "z3", "cvc5", "pygraphviz", "hypothesis",
 NEEDLESS = (
     "analysis.explanation.explain", "analysis.vacuity.automata", "automata.boolean", "automata.properties",
     "automata.ltl.answers", "checking.goals.automata", "engines.bounded",
-    "engines.explicit.checkpoints", "engines.inductive", "kripke.chains", "logic.expressions", "logic.syntaxes.reading",
-    "report.saving", "report.json", "semantics.probes", "verification.differential",
+    "engines.explicit.checkpoints", "engines.inductive", "kripke.chains", "logic.expressions",
+    "extensions.syntaxes.reading", "report.saving", "report.json", "semantics.probes", "verification.differential",
 )  # fmt: skip
 """Modules of ours that serve what a check of plain formulas which hold, without options, does not have."""
 

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from llfsm_verify.diagnostics import Fragment
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.parsing.formulas import Parsed, refuse_many_steps
 from llfsm_verify.logic.syntax_names import OURS, SYNTAXES, TABLES
 
-if TYPE_CHECKING:
-    from llfsm_verify.logic.syntaxes.table import SyntaxTable
-
-__all__ = ["SYNTAXES", "parse_in", "print_in", "table_of"]
+__all__ = ["SYNTAXES", "parse_in", "print_in"]
 
 
 def parse_in(syntax: str, fragment: Fragment) -> Parsed:
@@ -21,13 +16,7 @@ def parse_in(syntax: str, fragment: Fragment) -> Parsed:
         from llfsm_verify.logic.parsing.formulas import parse_formula
 
         return parse_formula(fragment)
-    from llfsm_verify.logic.syntaxes.reading import read_formula
-
-    if syntax == "spot":
-        from llfsm_verify.logic.parsing.delays import refuse_delays
-
-        refuse_delays(fragment)
-    parsed = read_formula(table_of(syntax), fragment)
+    parsed = TABLES.load(syntax).read(fragment)
     refuse_many_steps(parsed, fragment.span(0, len(fragment.text)))
     return parsed
 
@@ -40,8 +29,3 @@ def print_in(syntax: str, formula: Formula) -> str:
     from llfsm_verify.logic.syntaxes.writing import write_formula
 
     return write_formula(syntax, formula)
-
-
-def table_of(syntax: str) -> SyntaxTable:
-    """The words and operators of a syntax other than ours. ValueError: there is no such syntax."""
-    return TABLES.load(syntax)

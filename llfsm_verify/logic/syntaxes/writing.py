@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
@@ -10,7 +9,7 @@ from typing import Final
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.bounds import step_bound, without_bounded_since, without_steps
+from llfsm_verify.logic.bounds import without_bounded_since, without_steps
 from llfsm_verify.logic.formula import (
     BINDING,
     EXPRESSIONS,
@@ -19,18 +18,12 @@ from llfsm_verify.logic.formula import (
     TIMED,
     Formula,
     Op,
-    apply,
-    conjunction,
-    disjunction,
     mapped,
-    negation,
     repetition,
     written,
 )
 from llfsm_verify.logic.parsing.tokens import needs_quotes
-from llfsm_verify.logic.syntaxes.nusmv import NUSMV
-from llfsm_verify.logic.syntaxes.spin import SPIN
-from llfsm_verify.logic.syntaxes.spot import NAME, RESERVED
+from llfsm_verify.logic.syntax_names import OURS, TABLES
 
 MAX_TEXT = 4 << 20
 """A text that would be longer, because a formula shares its parts and a text cannot, is refused."""
@@ -39,7 +32,7 @@ Pieces = list["Formula | str"]
 
 
 @dataclass(frozen=True, slots=True)
-class _Spelling:
+class Spelling:
     """How a syntax writes operators, constants and atoms, and what it says by others."""
 
     title: str
@@ -61,7 +54,7 @@ def write_formula(syntax: str, formula: Formula, limit: int | None = None) -> st
 
     `limit`: stop after about that many characters, with an ellipsis.
     """
-    spelling = SPELLINGS[syntax]
+    spelling = OURS_SPELLING if syntax == OURS else TABLES.load(syntax).spelling
     formula = _said(spelling, formula if spelling.steps else without_steps(formula))
     if not spelling.bounds and "O" in spelling.prefix:
         formula = without_bounded_since(formula)
@@ -91,12 +84,12 @@ def write_formula(syntax: str, formula: Formula, limit: int | None = None) -> st
     )
 
 
-def _said(spelling: _Spelling, formula: Formula) -> Formula:
+def _said(spelling: Spelling, formula: Formula) -> Formula:
     """`formula` with the operators that the syntax lacks said by others."""
     return mapped(formula, lambda f, args: spelling.instead[f.op](*args) if f.op in spelling.instead else None)
 
 
-def _pieces(spelling: _Spelling, f: Formula) -> Pieces:
+def _pieces(spelling: Spelling, f: Formula) -> Pieces:
     if f.op in ("true", "false"):
         return [spelling.true if f.op == "true" else spelling.false]
     if f.op == "atom":
@@ -129,7 +122,7 @@ def _pieces(spelling: _Spelling, f: Formula) -> Pieces:
     raise _unsayable(spelling, f)
 
 
-def _unsayable(spelling: _Spelling, f: Formula) -> DiagnosticError:
+def _unsayable(spelling: Spelling, f: Formula) -> DiagnosticError:
     if f.op in EXPRESSIONS | BINDING:
         what, hint = "regular expressions inside formulas", "write it in Spot's syntax (`--to spot`)"
     else:
@@ -159,50 +152,8 @@ def _expression(f: Formula) -> Pieces:
 # ---------------------------------------------------------------- the spellings
 
 
-def _strong_release(a: Formula, b: Formula) -> Formula:
-    return apply("U", b, conjunction((a, b)))
-
-
-def _weak_until(a: Formula, b: Formula) -> Formula:
-    return apply("R", b, disjunction((a, b)))
-
-
-def _different(a: Formula, b: Formula) -> Formula:
-    return negation(apply("iff", a, b))
-
-
 def _ours(key: str) -> str:
     return f'"{key}"' if needs_quotes(key) else f"({key})" if " " in key else key
-
-
-def _spot_atom(key: str) -> str:
-    plain = NAME.match(key) and key not in RESERVED and key.lower() not in ("true", "false", "first_match")
-    return key if plain else f'"{key}"'
-
-
-_SPIN_WORDS: Final = frozenset({*SPIN.prefix, *SPIN.infix, *SPIN.true, *SPIN.false, "ltl"})
-
-
-def _spin_atom(key: str) -> str:
-    plain = re.match(r"[a-z_][A-Za-z0-9_]*\Z", key) and key not in _SPIN_WORDS
-    return key if plain else f"{{{key}}}" if not re.search(r"[{}\n]", key) else f'"{key}"'
-
-
-_NUSMV_WORDS: Final = frozenset({*NUSMV.prefix, *NUSMV.infix, *NUSMV.true, *NUSMV.false, "LTLSPEC", "NAME"})
-
-
-def _nusmv_atom(key: str) -> str:
-    plain = re.match(r"[A-Za-z_][A-Za-z0-9_]*\Z", key) and key not in _NUSMV_WORDS
-    return key if plain else f'"{key}"'
-
-
-def _spot_steps(f: Formula) -> str:
-    return f"{f.op[0]}[{f.key}]"
-
-
-def _nusmv_steps(f: Formula) -> str:
-    first, last = step_bound(f)
-    return "X " * first if f.op == "X[]" else f"{f.op[0]} [{first},{last}] "
 
 
 _PREFIX: Final[dict[Op, str]] = {"not": "!", "X": "X ", "F": "F ", "G": "G "}
@@ -214,30 +165,10 @@ def _with_bounds(f: Formula) -> str:
     return f"{written(f)} "
 
 
-SPELLINGS: Final[dict[str, _Spelling]] = {
-    "llfsm": _Spelling(
+OURS_SPELLING: Final = Spelling(
         "a property file",
         {**_PREFIX, **_PAST},
         {**_INFIX, "and": "&&", "or": "||", "xor": "xor", "W": "W", "R": "R", "M": "M", "S": "S", "T": "T"},
         "true", "false", _ours, {}, _with_bounds, bounds=True,
-    ),
-    "spot": _Spelling(
-        "Spot",
-        _PREFIX,
-        {**_INFIX, "and": "&", "or": "|", "xor": "xor", "W": "W", "R": "R", "M": "M"},
-        "1", "0", _spot_atom, {}, _spot_steps, expressions=True,
-    ),
-    "spin": _Spelling(
-        "SPIN",
-        {"not": "!", "X": "X ", "F": "<> ", "G": "[] "},
-        {**_INFIX, "and": "&&", "or": "||", "R": "V"},
-        "true", "false", _spin_atom, {"W": _weak_until, "M": _strong_release, "xor": _different},
-    ),
-    "nusmv": _Spelling(
-        "NuSMV",
-        {**_PREFIX, **_PAST},
-        {**_INFIX, "and": "&", "or": "|", "xor": "xor", "R": "V", "S": "S", "T": "T"},
-        "TRUE", "FALSE", _nusmv_atom, {"W": _weak_until, "M": _strong_release}, _nusmv_steps,
-    ),
-}  # fmt: skip
-"""How each of the syntaxes writes formulas."""
+    )  # fmt: skip
+"""How property files write formulas."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from llfsm_verify.logic.syntaxes.table import Infix, SyntaxTable
+from llfsm_verify.extensions.syntaxes.table import Infix, SyntaxTable
 
 _OPERATORS = "G|F|X|U|V|Y|Z|O|H|S|T|xor|xnor|TRUE|FALSE"
 _TERM = r"(?:-?\d+|-?[A-Za-z_][\w$]*(?:\[[^\[\]\n]*\]|\s*[.@]\s*[A-Za-z_]\w*)*)"

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from llfsm_verify.logic.formula import Op
+from llfsm_verify.plug import FormulaOp as Op
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,16 +8,36 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
-from llfsm_verify.logic import codes
-from llfsm_verify.logic.bounds import repeat
-from llfsm_verify.logic.expressions import first_match, sequence
-from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, atom, depth, negation
-from llfsm_verify.logic.parsing.formulas import MAX_DEPTH, Parsed
-from llfsm_verify.logic.parsing.tokens import MAX_TOKENS
-from llfsm_verify.logic.parsing.words import atom_place
-from llfsm_verify.logic.syntaxes.ranges import WrongRange, repetitions, step_operators
-from llfsm_verify.logic.syntaxes.table import Infix, SyntaxTable
+from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify.extensions.syntaxes.ranges import WrongRange, repetitions, step_operators
+from llfsm_verify.extensions.syntaxes.table import Infix, SyntaxTable
+from llfsm_verify.plug import FALSE_FORMULA as FALSE
+from llfsm_verify.plug import (
+    MAX_DEPTH,
+    MAX_TOKENS,
+    Formula,
+    Fragment,
+    Parsed,
+    apply,
+    atom,
+    atom_place,
+    depth,
+    first_match,
+    negation,
+    repeat,
+    sequence,
+)
+from llfsm_verify.plug import TRUE_FORMULA as TRUE
+from llfsm_verify.plug import WRONG_BOUND as BOUND
+from llfsm_verify.plug import WRONG_EMPTY as EMPTY
+from llfsm_verify.plug import WRONG_FOREIGN as FOREIGN
+from llfsm_verify.plug import WRONG_MIXTURE as MIXTURE
+from llfsm_verify.plug import WRONG_OPEN_BRACKET as OPEN_BRACKET
+from llfsm_verify.plug import WRONG_REPETITION as REPETITION
+from llfsm_verify.plug import WRONG_STRAY_BRACKET as STRAY_BRACKET
+from llfsm_verify.plug import WRONG_TOO_DEEP as TOO_DEEP
+from llfsm_verify.plug import WRONG_TOO_MANY_WORDS as TOO_MANY_WORDS
+from llfsm_verify.plug import FormulaOp as Op
 
 _TIGHT, _LOOSE = 100, 0
 _NARY = frozenset({"and", "or", "seq", "fuse", "alt", "inter", "nlm"})
@@ -105,13 +125,11 @@ class _Reader:
 
     # ------------------------------------------------------------ mistakes
 
-    def _error(
-        self, message: str, token: _Token, hint: str | None = None, code: str = codes.FOREIGN
-    ) -> DiagnosticError:
+    def _error(self, message: str, token: _Token, hint: str | None = None, code: str = FOREIGN) -> DiagnosticError:
         return self._wrong(message, token.start, token.end, hint, code)
 
     def _wrong(
-        self, message: str, start: int, end: int, hint: str | None = None, code: str = codes.FOREIGN
+        self, message: str, start: int, end: int, hint: str | None = None, code: str = FOREIGN
     ) -> DiagnosticError:
         return DiagnosticError(Diagnostic(code, message, self._fragment.span(start, end), hint=hint))
 
@@ -133,7 +151,7 @@ class _Reader:
                 found.append(_Token(match.lastgroup or "", match.group(), at, match.end()))
                 if len(found) > MAX_TOKENS:
                     message = f"more than {MAX_TOKENS:,} words and signs"
-                    raise self._error(message, found[-1], code=codes.TOO_MANY_WORDS)
+                    raise self._error(message, found[-1], code=TOO_MANY_WORDS)
             at = match.end()
         return found
 
@@ -142,7 +160,7 @@ class _Reader:
     def read(self, start: int, end: int) -> Parsed:
         tokens = self._tokens(start, end)
         if not tokens:
-            raise self._wrong("there is no formula", start, end, code=codes.EMPTY)
+            raise self._wrong("there is no formula", start, end, code=EMPTY)
         operand_next = True
         for i, token in enumerate(tokens):
             if operand_next:
@@ -153,12 +171,12 @@ class _Reader:
             raise self._error(f"something is missing after `{tokens[-1].text}`, where the formula ends", tokens[-1])
         if self._frames:
             opening = self._frames[-1].token
-            raise self._error(f"this `{opening.text}` is not closed", opening, code=codes.OPEN_BRACKET)
+            raise self._error(f"this `{opening.text}` is not closed", opening, code=OPEN_BRACKET)
         self._reduce(0, _LOOSE - 1)
         formula = self._as_formula(self._operands.pop())
         if depth(formula) > MAX_DEPTH:
             message = f"more than {MAX_DEPTH:,} operators inside each other"
-            raise self._wrong(message, start, end, code=codes.TOO_DEEP)
+            raise self._wrong(message, start, end, code=TOO_DEEP)
         return Parsed(formula, self._atoms)
 
     @property
@@ -287,7 +305,7 @@ class _Reader:
             one, two = waiting.token.text, token.text
             raise self._error(
                 f"{self._table.title}'s manual and its parser group `{one}` and `{two}` differently",
-                token, f"write `({a} {one} {b}) {two} …` or `{a} {one} ({b} {two} …)`", codes.MIXTURE,
+                token, f"write `({a} {one} {b}) {two} …` or `{a} {one} ({b} {two} …)`", MIXTURE,
             )  # fmt: skip
 
     def _temporal_inside(self, token: _Token) -> DiagnosticError:
@@ -298,11 +316,11 @@ class _Reader:
     def _close(self, token: _Token) -> None:
         wanted = "{" if token.text == "}" else "("
         if not self._frames:
-            raise self._error(f"this `{token.text}` closes nothing", token, code=codes.STRAY_BRACKET)
+            raise self._error(f"this `{token.text}` closes nothing", token, code=STRAY_BRACKET)
         frame = self._frames[-1]
         if frame.token.text != wanted:
             message = f"this `{token.text}` does not match the `{frame.token.text}` before it"
-            raise self._error(message, token, code=codes.STRAY_BRACKET)
+            raise self._error(message, token, code=STRAY_BRACKET)
         self._reduce(frame.operators, _LOOSE - 1)
         self._frames.pop()
         top = self._operands[-1]
@@ -343,7 +361,7 @@ class _Reader:
         try:
             return repetitions(token.text)
         except WrongRange as wrong:
-            raise self._error(str(wrong), token, code=codes.REPETITION) from None
+            raise self._error(str(wrong), token, code=REPETITION) from None
 
     def _steps(self, token: _Token) -> None:
         if self._inside:
@@ -351,7 +369,7 @@ class _Reader:
         try:
             found = step_operators(token.text)
         except WrongRange as wrong:
-            raise self._error(str(wrong), token, code=codes.BOUND) from None
+            raise self._error(str(wrong), token, code=BOUND) from None
         self._operators += [_Operator("prefix", op, _TIGHT, token, bound=bound) for op, bound in found]
 
     def _bind(self, token: _Token, level: int) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
-from llfsm_verify.logic.bounds import IN_STEPS, MAX_STEPS, MAX_TICKS
-from llfsm_verify.logic.formula import PAST_STEPS, Op
+from llfsm_verify.plug import IN_STEPS, MAX_STEPS, MAX_TICKS, PAST_STEPS
+from llfsm_verify.plug import FormulaOp as Op
 
 MAX_REPETITIONS = 10_000
 

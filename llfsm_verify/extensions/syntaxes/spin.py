@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from llfsm_verify.logic.syntaxes.table import Infix, SyntaxTable
+from llfsm_verify.extensions.syntaxes.table import Infix, SyntaxTable
 
 _TERM = r"(?:-?\d+|-?[A-Za-z_]\w*(?:\[[^\[\]\n]*\]|\s*[.@]\s*[A-Za-z_]\w*|\([\w\s,]*\))*)"
 _WORDS = (

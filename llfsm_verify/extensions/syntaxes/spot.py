@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from llfsm_verify.logic.syntaxes.table import Infix, SyntaxTable
+from llfsm_verify.extensions.syntaxes.table import Infix, SyntaxTable
 
 RESERVED: Final = frozenset({"F", "G", "M", "R", "U", "V", "W", "X", "xor"})
 NAME: Final = re.compile(r"(?:[A-EH-WYZa-z_][A-Za-z0-9_]*|[FGX][0-9][A-Za-z0-9_]*)\Z")
