@@ -119,7 +119,7 @@ from llfsm_verify.logic.properties import PropertySet, asked_text, parse_propert
 from llfsm_verify.logic.reading import GivenLines
 from llfsm_verify.logic.reading import read_source as read_properties
 from llfsm_verify.logic.rewriting.normal_form import nnf
-from llfsm_verify.logic.syntax_names import Syntax
+from llfsm_verify.logic.syntaxes import Syntax
 from llfsm_verify.logic.syntaxes.writing import Spelling
 from llfsm_verify.monitoring.lookup import entry_bytes
 from llfsm_verify.monitoring.properties import shown as shown_atom

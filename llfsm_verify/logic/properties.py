@@ -24,8 +24,7 @@ from llfsm_verify.logic.parsing.patterns import read_pattern
 from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, Token, tokenise
 from llfsm_verify.logic.parsing.words import Words
 from llfsm_verify.logic.reading import GivenLines
-from llfsm_verify.logic.syntax_names import TABLES
-from llfsm_verify.logic.syntaxes import SYNTAXES, parse_in
+from llfsm_verify.logic.syntaxes import SYNTAXES, foreign, parse_in
 
 MAX_MISTAKES = 50
 """Reading ends after so many mistakes."""
@@ -221,7 +220,7 @@ def _named(line: Line, syntax: str) -> Line:
     """A line without a name of ours may have one in the words around the formula: `ltl name { … }`."""
     if line.named or syntax == "llfsm":
         return line
-    name = TABLES.load(syntax).name_in(_body(line, syntax).text)
+    name = foreign(syntax).name_in(_body(line, syntax).text)
     return line if name is None else replace(line, name=name, named=True)
 
 

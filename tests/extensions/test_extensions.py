@@ -117,7 +117,7 @@ except Unregistered as error:
 def test_the_core_does_without_extensions(tmp_path: Path) -> None:
     """In a copy without their folder every module is imported, every registry read, and some tests pass."""
     shutil.copytree(ROOT / "llfsm_verify", tmp_path / "llfsm_verify", ignore=lambda *_: {"extensions"})
-    for name in ("benchmarks", "docs", "tests", "tools", "models", "properties", "pyproject.toml"):
+    for name in ("benchmarks", "docs", "examples", "tests", "tools", "models", "properties", "pyproject.toml"):
         (tmp_path / name).symlink_to(ROOT / name)
     # An editable installation finds the modules of this tree that are not in the copy.
     (tmp_path / "sitecustomize.py").write_text(
@@ -132,8 +132,8 @@ def test_the_core_does_without_extensions(tmp_path: Path) -> None:
         return done.stdout
 
     assert python("-c", WITHOUT).splitlines() == [
-        "callback, stream, whiteboard | csv | csv |  |  |  | ",
-        "there is no kind of port `mqtt`; there are: callback, stream, whiteboard",
+        "callback, process, stream, whiteboard | csv | csv |  |  |  | ",
+        "there is no kind of port `mqtt`; there are: callback, process, stream, whiteboard",
     ]
     folders = (
         "tests/runtime/ports", "tests/runtime/deciding", "tests/runtime/debugging", "tests/test_registry.py",

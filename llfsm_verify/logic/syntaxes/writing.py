@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol, cast
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.limits import LimitReached
@@ -49,12 +49,19 @@ class Spelling:
     expressions: bool = False
 
 
+class _Spelled(Protocol):
+    """As much of a syntax as is needed here."""
+
+    @property
+    def spelling(self) -> Spelling: ...
+
+
 def write_formula(syntax: str, formula: Formula, limit: int | None = None) -> str:
     """`formula` in `syntax`; DiagnosticError (E352): it lacks an operator. LimitReached: the text is too long.
 
     `limit`: stop after about that many characters, with an ellipsis.
     """
-    spelling = OURS_SPELLING if syntax == OURS else TABLES.load(syntax).spelling
+    spelling = OURS_SPELLING if syntax == OURS else cast(_Spelled, TABLES.load(syntax)).spelling
     formula = _said(spelling, formula if spelling.steps else without_steps(formula))
     if not spelling.bounds and "O" in spelling.prefix:
         formula = without_bounded_since(formula)

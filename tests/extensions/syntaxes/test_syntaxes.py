@@ -14,8 +14,7 @@ from llfsm_verify.logic.bounds import rebuilt, without_steps
 from llfsm_verify.logic.formula import ARITY, EXTENDED_ARITY, PAST, STEPS, TIMED, apply, atom, negation, postorder
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import FEATURES, parse_properties
-from llfsm_verify.logic.syntax_names import TABLES
-from llfsm_verify.logic.syntaxes import SYNTAXES, parse_in, print_in
+from llfsm_verify.logic.syntaxes import SYNTAXES, foreign, parse_in, print_in
 from llfsm_verify.testing.formulas import formulas, lassos
 from tests.automata.finite.test_regular import expressions
 from tests.logic.wrong import SYNTAXES_WRONG
@@ -414,4 +413,4 @@ def test_every_operator_of_plain_logic_is_written_everywhere():
                 f = apply(op, *[P, Q][: 2 if arity is None else arity])
                 assert read(syntax, print_in(syntax, f)) is not None
         if syntax != "llfsm":
-            assert TABLES.load(syntax).table.name == syntax
+            assert foreign(syntax).table.name == syntax
