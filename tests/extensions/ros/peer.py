@@ -142,7 +142,7 @@ def whims(service, service_of, action, action_of):
 
     def live(handle):
         def pause():
-            return handle.cancelled.wait(draw.choice([0, 0, 0.01, 0.03, 0.06, 0.5 if draw.random() < 0.2 else 0]))
+            return handle.cancelled.wait(draw.choice([0, 0, 0, 0.01, 0.03, 0.5]))
 
         if pause() and draw.random() < 0.5:
             handle.set_canceled()
