@@ -154,7 +154,7 @@ def port_runs(rng: Random, kind: Kind, cycles: int) -> Iterator[Row]:
         for part in range(rng.randrange(4)):
             now = cycle + part / 4
             if rng.random() < 0.6:
-                port.see(row.ask, row.state, now)
+                port.see(row.ask, shown=row.state == port.state, now=now)
             port.look(now)
             if inputs.under_way != known:
                 known, to_come = inputs.under_way, script(rng, kind)
