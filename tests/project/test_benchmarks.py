@@ -21,6 +21,7 @@ from benchmarks import (
     nusmv,
     ours,
     practice,
+    rosport,
     running,
     spin,
     table,
@@ -369,6 +370,7 @@ OF_THE_TABLE = {
     "practice",
     "ros",
     "rospeer",
+    "rosport",
     "running",
     "sensors",
     "spin",
@@ -394,6 +396,13 @@ def test_images_are_measured_beside_the_executor():
     assert len(images.measure(arrangement, held, 2_000, 1)) == 3
     with pytest.raises(SystemExit, match="different records"):
         images.measure(arrangement, held, 2_000, 1, off=1)
+
+
+@pytest.mark.long
+@needs("rospy")
+def test_topics_are_relayed_beside_rospy(capsys):
+    rosport.main(0.1)
+    assert len(capsys.readouterr().out.splitlines()) == 5
 
 
 @pytest.mark.long

@@ -40,7 +40,7 @@ def test_the_worked_example(tmp_path):
     assert arrangement.startswith("# monitored.yaml\n")
     (tmp_path / "monitored.yaml").write_text(arrangement, encoding="utf-8")
     blocks = TEXT.findall(page)
-    assert len(blocks) == 4
+    assert len(blocks) == 3
     for block in blocks:
         line, _, shown = block.partition("\n")
         assert line.startswith("$ ")
