@@ -8,6 +8,7 @@ import pytest
 
 from llfsm_verify import DiagnosticError, load
 from llfsm_verify.extensions.crops import State, StateMachine
+from llfsm_verify.plug import ARRANGEMENTS
 from llfsm_verify.testing.conformance import reader_cases
 from tests.cli.running import llfsm
 from tests.extensions.crops.thesis import FIXED, OUTCOMES, TRANSITION_FILE, Scripted, machine
@@ -104,6 +105,13 @@ def test_what_the_thesis_contradicts_is_said_by_line(tmp_path: Path) -> None:
         ),
     ]  # fmt: skip
     assert caught.value.diagnostics[1].notes == ("Scripted never gives `No fruit`",)
+
+
+def test_a_file_is_told_by_its_beginning_in_a_moment(tmp_path: Path) -> None:
+    """Banners of `#` and lines before it change nothing, and cost nothing."""
+    banner = ("#" * 2_000 + "\n") * 100
+    assert ARRANGEMENTS.told_by(f"%YAML 1.2\n--- \n{banner}\n{ONE}") == "crops"
+    assert ARRANGEMENTS.told_by(f"{banner}name: a\n") is None
 
 
 def test_another_file_is_refused(tmp_path: Path) -> None:
