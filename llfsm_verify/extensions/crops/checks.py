@@ -11,6 +11,9 @@ from llfsm_verify.extensions.crops.states import State
 from llfsm_verify.extensions.crops.transitions import LIKENESS, TROUBLES, Stage, Transitions, near
 from llfsm_verify.plug import Span
 
+LISTED = 20
+"""Labels that a message names."""
+
 
 def problems(
     found: Transitions, ends: Collection[str], states: Mapping[str, State], initial: str | None
@@ -18,13 +21,10 @@ def problems(
     """Everything wrong with a machine that has these final outcomes and states. `initial`: where it begins."""
     yield from _targets(found, ends)
     yield from _labels(found, states, initial)
-    given = {}
-    for stage in found.stages:
-        if stage.label.text in states:
-            outcomes = tuple(states[stage.label.text].outcomes)
-            given[stage.label.text] = outcomes
-            yield from _outcomes(stage, outcomes, states[stage.label.text])
-    if given.keys() == set(found.labels):
+    given = {stage.label.text: states[stage.label.text] for stage in found.stages if stage.label.text in states}
+    for label, state in given.items():
+        yield from _outcomes(found[label], state)
+    if len(given) == len(found.stages):
         yield from _endless(found, given, ends)
 
 
@@ -37,12 +37,13 @@ def surprises(found: Transitions) -> Iterator[str]:
             silent.setdefault(missing, []).append(f"`{label}`")
     for missing, labels in silent.items():
         what = "it ends" if len(missing) == 1 else "they end"
-        yield f"there is no transition for {' and '.join(missing)} of {', '.join(labels)}: {what} the state machine"
+        of = ", ".join(labels[:LISTED]) + (f" and {len(labels) - LISTED} more" if len(labels) > LISTED else "")
+        yield f"there is no transition for {' and '.join(missing)} of {of}: {what} the state machine"
 
 
 def _targets(found: Transitions, ends: Collection[str]) -> Iterator[Diagnostic]:
     for stage in found.stages:
-        for move in stage.moves:
+        for move in stage.moves.values():
             target = move.target.text
             if target not in found.labels and target not in ends:
                 message = f"`{target[:60]}` is neither a label nor an outcome of the state machine"
@@ -71,39 +72,46 @@ def _unknown(found: Transitions, what: str, label: str) -> Diagnostic:
     close = get_close_matches(label[:100], found.labels, 1, LIKENESS)
     if close:
         return Diagnostic(LABEL, message, found[close[0]].label.span, hint=f"write `{close[0]}`")
-    listed = ", ".join(f"`{name}`" for name in found.labels[:20])
+    listed = ", ".join(f"`{name}`" for name in list(found.labels)[:LISTED])
     return Diagnostic(LABEL, message, hint=f"the labels are {listed}", file=found.source.name)
 
 
-def _outcomes(stage: Stage, outcomes: tuple[str, ...], state: State) -> Iterator[Diagnostic]:
-    label, what = stage.label.text[:60], type(state).__name__
-    if not outcomes or isinstance(state.outcomes, str) or not all(isinstance(each, str) for each in outcomes):
+def outcomes_of(state: State) -> Collection[str]:
+    """What a state says that it may give, in its order; empty: it says nothing, or no texts."""
+    said: object = state.outcomes
+    if isinstance(said, str) or not isinstance(said, Iterable):
+        return ()
+    listed = dict.fromkeys(each if isinstance(each, str) else None for each in said)
+    return () if None in listed else tuple(str(each) for each in listed)
+
+
+def _outcomes(stage: Stage, state: State) -> Iterator[Diagnostic]:
+    label, what, outcomes = stage.label.text[:60], type(state).__name__, outcomes_of(state)
+    if not outcomes:
         message = f"the state `{label}` does not say what it may give: {what} has no `outcomes`, or not a list of texts"
-        example = tuple(move.outcome.text for move in stage.moves[:3])
+        example = tuple(stage.moves)[:3]
         yield Diagnostic(UNDECLARED, message, stage.label.span, hint=f"write `outcomes = {example}` in the class")
         return
-    told = [move.outcome.text for move in stage.moves]
-    for outcome in dict.fromkeys(outcomes):
-        if outcome not in told and outcome not in TROUBLES:
+    rest = [text for text in stage.moves if text not in set(outcomes)]
+    for outcome in outcomes:
+        if outcome not in stage.moves and outcome not in TROUBLES:
             message = f"the state `{label}` may give `{outcome[:60]}`, for which it has no transition"
-            rest = [text for text in told if text not in outcomes]
             unused = f"{what} never gives {', '.join(f'`{text}`' for text in rest)}" if rest else None
             hint = near(outcome, rest) or f"write `{outcome[:60]}: STATE` here"
             yield Diagnostic(UNMAPPED, message, _before(stage.at), (unused,) if unused else (), hint)
 
 
-def _endless(found: Transitions, given: Mapping[str, tuple[str, ...]], ends: Collection[str]) -> Iterable[Diagnostic]:
+def _endless(found: Transitions, states: Mapping[str, State], ends: Collection[str]) -> Iterator[Diagnostic]:
     """States from which no outcome that a state may give leads to an end, one after the other."""
-    good = set(ends)
-    while True:
-        more = {
-            label
-            for label in found.labels
-            if label not in good and any(found[label].target(outcome) in good for outcome in given[label])
-        }
-        if not more:
-            break
+    before: dict[str, list[str]] = {}
+    for label, state in states.items():
+        for outcome in outcomes_of(state):
+            before.setdefault(found[label].target(outcome) or "", []).append(label)
+    good, left = set(ends), list(ends)
+    while left:
+        more = set(before.get(left.pop(), ())) - good
         good |= more
+        left += more
     for stage in found.stages:
         if stage.label.text not in good:
             message = f"from `{stage.label.text[:60]}`, the state machine never comes to an end"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 CODES: Final = {
-    "E544": "A transition file without states, or with a label or a name twice.",
+    "E544": "A transition file that has no states, a state without transitions, or a label twice.",
     "E545": "A transition leads to what is neither a label nor an outcome of the state machine.",
     "E546": "A state may give an outcome for which it has no transition.",
     "E547": "A label has no state in Python, or there is no such label in the transition file.",

@@ -95,13 +95,13 @@ def _state(found: Transitions, stage: Stage) -> StateDraft:
     """An outcome ends the stay in a state. Where it leads to the same state, which is not entered again, another stay
     begins at once."""
     label, at, size = stage.label.text, stage.label.span, found.remainders
-    number = found.labels.index(label)
+    number = found.labels[label]
     enter, leave = _next(found, number), f"{TICKET} = {TICKET} / {size} * {size} + {size - 1};"
     name = found.states[label]
-    told = [move.outcome for move in stage.moves]
-    outcomes = [*told, *(implied(text, stage.at) for text in TROUBLES if stage.target(text) is None)]
+    told = [move.outcome for move in stage.moves.values()]
+    outcomes = [*told, *(implied(text, stage.at) for text in TROUBLES if text not in stage.moves)]
     targets = [found.target(label, outcome.text) for outcome in outcomes]
-    places = [*(move.target.span for move in stage.moves), *[stage.at] * (len(outcomes) - len(told))]
+    places = [*(move.target.span for move in stage.moves.values()), *[stage.at] * (len(outcomes) - len(told))]
     transitions = tuple(
         TransitionDraft(
             implied(f"{ANSWERS} == {TICKET} && {OUTCOME} == {found.values[outcome.text]}", outcome.span),
@@ -125,7 +125,8 @@ def _next(found: Transitions, number: int) -> str:
 
 def _ends(found: Transitions) -> list[StateDraft]:
     """A state without transitions for each final outcome, where the file first names it."""
-    places = {move.target.text: move.target.span for stage in reversed(found.stages) for move in reversed(stage.moves)}
+    moves = [move for stage in found.stages for move in stage.moves.values()]
+    places = {move.target.text: move.target.span for move in reversed(moves)}
     return [StateDraft(implied(found.states[end], places.get(end, found.stages[0].at))) for end in found.ends]
 
 

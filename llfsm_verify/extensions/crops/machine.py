@@ -137,7 +137,7 @@ class StateMachine:
 
     def _drive(self, live: LiveRun, data: Data, initial: str | None, period: float) -> str:
         driver = Driver(live, self._transitions, self._states, data, period)
-        if initial is not None and initial != self._transitions.labels[0]:
+        if initial is not None and initial not in list(self._transitions.labels)[:1]:
             driver.command("enter", initial)
         self._driver = driver
         return driver.drive()
@@ -146,7 +146,7 @@ class StateMachine:
     def current(self) -> tuple[str, str] | None:
         """The label and the descriptive name of the state that is executed; None: none is."""
         label = None if self._driver is None else self._driver.label
-        return None if label not in self._transitions.labels else (label, self._transitions[label].about)
+        return None if label is None or label not in self._transitions.labels else (label, self._transitions[label].about)
 
     def pause(self) -> None:
         """Let nothing be executed until `resume`; the state under way is cancelled, and its answer does not count."""

@@ -55,13 +55,14 @@ class Stage:
 
     label: Scalar
     about: str
-    moves: tuple[Move, ...]
+    moves: Mapping[str, Move]
+    """By outcomes."""
     at: Span
     """Where its transitions are listed."""
 
     def target(self, outcome: str) -> str | None:
         """The state that an outcome leads to; None: the file does not say it."""
-        return next((move.target.text for move in self.moves if move.outcome.text == outcome), None)
+        return self.moves[outcome].target.text if outcome in self.moves else None
 
 
 @dataclass(frozen=True)
@@ -72,12 +73,12 @@ class Transitions:
     stages: tuple[Stage, ...]
 
     @cached_property
-    def labels(self) -> tuple[str, ...]:
-        """In the order of the file; the first one is the initial state."""
-        return tuple(stage.label.text for stage in self.stages)
+    def labels(self) -> Mapping[str, int]:
+        """With their numbers, in the order of the file; the first one is the initial state."""
+        return {stage.label.text: number for number, stage in enumerate(self.stages)}
 
     def __getitem__(self, label: str) -> Stage:
-        return self.stages[self.labels.index(label)]
+        return self.stages[self.labels[label]]
 
     def target(self, label: str, outcome: str) -> str | None:
         """Where an outcome leads to: FAILED and TIMED_OUT, of which the file says nothing, to ends of these names."""
@@ -86,7 +87,7 @@ class Transitions:
     @cached_property
     def ends(self) -> tuple[str, ...]:
         """The final outcomes: what transitions lead to, and is no label."""
-        found = [move.target.text for stage in self.stages for move in stage.moves]
+        found = [move.target.text for stage in self.stages for move in stage.moves.values()]
         troubles = [t for t in TROUBLES if any(stage.target(t) is None for stage in self.stages)]
         return tuple(dict.fromkeys(text for text in (*found, *troubles) if text not in self.labels))
 
@@ -98,7 +99,7 @@ class Transitions:
     @cached_property
     def values(self) -> Mapping[str, str]:
         """The value of the input `outcome` that stands for each outcome: what `values` of a port says."""
-        found = [move.outcome.text for stage in self.stages for move in stage.moves]
+        found = [outcome for stage in self.stages for outcome in stage.moves]
         return _names(dict.fromkeys((*found, *TROUBLES)), (MACHINE, OUTCOME, ANSWERS, TICKET, NONE))
 
     @property
@@ -113,11 +114,11 @@ class Transitions:
 
     def next_ticket(self, ticket: int, label: str) -> int:
         """The ticket of a state that is entered after the stay of another ticket."""
-        return (ticket // self.remainders + 1) % COUNT * self.remainders + self.labels.index(label)
+        return (ticket // self.remainders + 1) % COUNT * self.remainders + self.labels[label]
 
     def is_of(self, ticket: int, label: str) -> bool:
         """Whether it is the ticket of a stay in that state."""
-        return ticket % self.remainders == self.labels.index(label)
+        return ticket % self.remainders == self.labels[label]
 
 
 def read(report: Report, source: Source, root: Node) -> Transitions | None:
@@ -171,14 +172,14 @@ def _stage(report: Report, item: Node) -> Stage | None:
     moves = report.mapping(fields["transitions"], "`transitions`")
     if moves is None or label is None or about is None:
         return None
-    found = []
+    found = {}
     for outcome, node in moves.items:
         target = report.scalar(node, f"the state after `{outcome.text[:60]}`")
         if target is not None:
-            found.append(Move(outcome, target))
+            found[outcome.text] = Move(outcome, target)
     if not moves.items:
         report.error(SHAPE, f"the state `{label.text[:60]}` has no transitions", mark(moves), "write `OUTCOME: STATE`")
-    return Stage(label, about.text, tuple(found), mark(moves))
+    return Stage(label, about.text, found, mark(moves))
 
 
 def near(text: str, names: Iterable[str]) -> str | None:
@@ -189,7 +190,7 @@ def near(text: str, names: Iterable[str]) -> str | None:
 
 def _near(found: Transitions) -> Iterable[Diagnostic]:
     for stage in found.stages:
-        for move in stage.moves:
+        for move in stage.moves.values():
             target = move.target.text
             hint = None if target in found.labels else near(target, found.labels)
             if hint is not None:
