@@ -15,12 +15,13 @@ What is wrong in it is said at its place in the file:
 
     environment: {locate: {use: servce, …}}          there is no plant `servce` to use          (E533)
     … state: locate_state                            the type of `locate_state` lacks TIMED_OUT (E534)
+    … state: locate_state, with `init: DONE`         `locate_state` is DONE at first             (E534)
     … timeout: 2s, in an untimed arrangement         a cycle has no length here                 (E535)
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil
@@ -43,7 +44,7 @@ from llfsm_verify.language.types import (
     Type,
     decimal_text,
 )
-from llfsm_verify.registry import Entry, Registry
+from llfsm_verify.registry import Entry, Registry, Unusable
 from llfsm_verify.yaml.duration import duration_ms
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, Scalar, implied, mark, written
@@ -65,6 +66,8 @@ class Site:
     taken: frozenset[str]
     """Names that mean something to every machine."""
     cycle_ms: Fraction | None
+    broken: Collection[str] = ()
+    """Names whose declaration is wrong, which was said."""
 
     def free(self, wanted: str) -> str:
         """`wanted`, or with as many `_` behind it as make it a new name."""
@@ -82,7 +85,9 @@ class Site:
         sequence = None if listed is None else self.report.sequence(listed, f"`{key}`")
         if listed is not None and sequence is None:
             return None
-        found = [self._slot(item, key, suits) for item in ((node,) if sequence is None else sequence.items)]
+        items = (node,) if sequence is None else sequence.items
+        self.report.distinct(item for item in items if isinstance(item, Scalar))
+        found = [self._slot(item, key, suits) for item in items]
         return None if None in found else tuple(one for one in found if one is not None)
 
     def _slot(self, node: Node, key: str, suits: str) -> WhiteboardVariable | None:
@@ -90,7 +95,9 @@ class Site:
         if scalar is None:
             return None
         slot = self.whiteboard.get(scalar.text)
-        if slot is None:
+        if scalar.text in self.broken:
+            pass
+        elif slot is None:
             hint = did_you_mean(scalar.text, self.whiteboard) or "declare it on the `whiteboard`"
             self.report.error(UNFIT, f"there is no variable `{scalar.text[:60]}` for `{key}`", mark(scalar), hint)
         elif (slot.role == "input") != (suits == "input"):
@@ -210,6 +217,12 @@ class RequestPlant:
             hint = hint.replace("it", "them", 1) if len(lacking) > 1 else hint
             self._unfit(site, "state", f"the type {kind} of `{name}` lacks {', '.join(lacking)}", hint)
             return None
+        init = slot.variable.init
+        first = kind.values[init] if isinstance(init, int) else str(init)
+        if first != IDLE:
+            message = f"`{name}` is {first} at first, and a request begins with {IDLE}"
+            self._unfit(site, "state", message, f"write `init: {IDLE}` at `{name}`")
+            return None
         return shown
 
     def _given(self, site: Site, kind: EnumType) -> dict[str, str] | None:
@@ -223,6 +236,11 @@ class RequestPlant:
         for key, node in () if mapping is None else mapping.items:
             value = site.report.scalar(node, f"the value for `{key.text[:60]}`")
             if value is None:
+                return None
+            if key.text not in groups:
+                message = f"`{key.text[:60]}` is not a state of this request"
+                hint = did_you_mean(key.text, groups) or f"write one of {', '.join(groups)}"
+                site.report.error(UNFIT, message, key.span, hint)
                 return None
             like = ends if key.text in ends else list(groups.get(key.text) or ())
             usable = [state for state in like if state in kind.values]
@@ -252,23 +270,32 @@ def use_plant(
     whiteboard: Iterable[WhiteboardVariable],
     taken: Iterable[str],
     cycle_ms: Fraction | None,
+    broken: Collection[str] = (),
 ) -> UsedPlant | None:
     """What a plant is; None: something is wrong, and was said (E533 to E535)."""
     what = f"plant `{draft.name.text[:60]}`"
     scalar = report.scalar(next(node for key, node in draft.keys.items if key.text == "use"), f"`use` of {what}")
     if scalar is None:
         return None
-    broken = [] if scalar.text in PLANTS else PLANTS.find_others()
+    unusable = [] if scalar.text in PLANTS else PLANTS.find_others()
     if scalar.text not in PLANTS:
         hint = did_you_mean(scalar.text, PLANTS) or f"write one of {', '.join(PLANTS)}"
-        report.error(UNKNOWN, f"there is no plant `{scalar.text[:60]}` to use", mark(scalar), hint, tuple(broken))
-        return None
-    plant = PLANTS.load(scalar.text)
-    found = report.fields(draft.keys, what, ("use", *plant.table.keys), plant.table.required)
-    if found is None or len(found) < len(draft.keys.items):
+        report.error(UNKNOWN, f"there is no plant `{scalar.text[:60]}` to use", mark(scalar), hint, tuple(unusable))
         return None
     board = {entry.variable.name: entry for entry in whiteboard}
-    return plant.use(Site(report, draft.name, found, board, frozenset(taken) | board.keys(), cycle_ms))
+    try:
+        plant = PLANTS.load(scalar.text)
+        found = report.fields(draft.keys, what, ("use", *plant.table.keys), plant.table.required)
+        if found is None or len(found) < len(draft.keys.items):
+            return None
+        return plant.use(Site(report, draft.name, found, board, frozenset(taken) | board.keys(), cycle_ms, broken))
+    except Exception as error:
+        if scalar.text in PLANTS.ours:
+            raise
+        message = f"the plant `{scalar.text[:60]}` of another package has failed ({type(error).__name__}: {error})"
+        message = str(error) if isinstance(error, Unusable) else message
+        report.error(UNKNOWN, message, mark(scalar), "leave it out, or write to the authors of that package")
+        return None
 
 
 def _machine(

@@ -291,6 +291,44 @@ CASES: tuple[Case, ...] = (
         REQUEST("use: service, ask: ask, state: §state, answers: [state]"),
         "E534",
     ),
+    Case("a request with an answer twice", REQUEST("use: service, ask: ask, state: state, answers: [n, §n]"), "E017"),
+    Case(
+        "a request that is not idle at first",
+        REQUEST("use: service, ask: ask, state: §state").replace(
+            "{type: S, role: input", "{type: S, init: DONE, role: input"
+        ),
+        "E534",
+    ),
+    Case(
+        "a request with the value of no state",
+        REQUEST("use: service, ask: ask, state: short, values: {§FIALED: DONE, TIMED_OUT: DONE}"),
+        "E534",
+    ),
+    Case(
+        "a request of an input that is wrong",
+        REQUEST("use: service, ask: ask, state: state, answers: [n]").replace("n: {type: 0..3", "n: {type: §int"),
+        "E056",
+    ),
+    Case(
+        "requests that share a state",
+        REQUEST("use: service, ask: ask, state: state}, §two: {use: service, ask: ask, state: state"),
+        "E532",
+    ),
+    Case(
+        "a request that feeds the state of another",
+        REQUEST(
+            "use: service, ask: ask, state: state}, §two: {use: service, ask: ask, state: short, answers: [state]"
+        ).replace("short: {type: T", "short: {type: S"),
+        "E532",
+    ),
+    Case(
+        "a request whose plant has the name of a machine",
+        REQUEST("use: service, ask: ask, state: state")
+        .replace("{locate:", "{§ask:")
+        .replace("{m:", "{ask_plant:")
+        .replace("[m]", "[ask_plant]"),
+        "E118",
+    ),
     Case("a type without states", REQUEST("use: service, ask: ask, state: §short, values: {FAILED: DONE}"), "E534"),
     Case("an action with states of a service", REQUEST("use: action, ask: ask, state: §state"), "E534"),
     Case(

@@ -162,6 +162,8 @@ class _Resolver:
         """Names whose declaration is wrong: using them is not a further error."""
         self.texts: dict[int, MachineText | None] = {}
         """The machines that are resolved, by the identity of their drafts: instances share them."""
+        self.used: set[str] = set()
+        """The plants that are there already."""
 
     def resolve(self, path: str, digest: str) -> Arrangement:
         name = self._name()
@@ -281,7 +283,7 @@ class _Resolver:
         plants = {name: InstanceChecker(report, world, plant, broken) for name, plant in self.plants.items()}
         self.checkers |= plants
         models = [checker.check() for checker in plants.values()]
-        self.surroundings, self.whiteboard = resolve_surroundings(report, models, self.whiteboard)
+        self.surroundings, self.whiteboard = resolve_surroundings(report, models, self.whiteboard, self.used)
 
     def _operate(self) -> None:
         """What operators may command, and who may do what."""
@@ -343,12 +345,17 @@ class _Resolver:
         """A plant that is there already. Where its name is also that of a slot, its machine has another one."""
         name = self.report.name(draft.name, "the name of a plant")
         taken = {*self.world.enumerators, *self.types.types, *self.instances}
-        used = use_plant(self.report, draft, self.whiteboard, taken, self.timing[1])
+        used = use_plant(self.report, draft, self.whiteboard, taken, self.timing[1], self.broken)
         text = None if used is None else self._machine(used.machine)
         if name is None or used is None or text is None:
             return None
         if any(entry.variable.name == name for entry in self.whiteboard):
             name = f"{name}_plant"
+            if name in {*self.instances, *(plant.name.text for plant in self.draft.plants)}:
+                message = f"`{name}` is what properties would call this plant, and something else has this name"
+                self.report.error("E118", message, draft.name.span, "choose another name")
+                return None
+        self.used.add(name)
         return InstanceText(name, text, {}, False, draft.name.span, surroundings=True, request=used.request)
 
     def _instance(self, draft: InstanceDraft | PlantDraft, *, surroundings: bool = False) -> InstanceText | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from llfsm_verify.arrangement.draft import ProcessDraft, Unreadable
@@ -87,14 +87,15 @@ def _slots(
 
 
 def resolve_surroundings(
-    report: Report, machines: Sequence[Machine], whiteboard: tuple[WhiteboardVariable, ...]
+    report: Report, machines: Sequence[Machine], whiteboard: tuple[WhiteboardVariable, ...], used: Collection[str]
 ) -> tuple[tuple[Machine, ...], tuple[WhiteboardVariable, ...]]:
     """The models of the surroundings as machines that are never suspended and never finish, and the whiteboard with
-    the inputs that they write marked."""
+    the inputs that they write marked. `used`: those that are there already, whose place is that of their names."""
     inputs = {w.variable.name for w in whiteboard if w.role == "input"}
     written: dict[str, tuple[str, Span]] = {}
     for machine in machines:
-        for name, span in machine.writes():
+        writes = machine.writes()
+        for name, span in dict.fromkeys((n, machine.span) for n, _ in writes) if machine.name in used else writes:
             owner, first = written.setdefault(name, (machine.name, span))
             if owner != machine.name and name in inputs:
                 message = f"the plants `{owner}` and `{machine.name}` both write the input `{name}`"

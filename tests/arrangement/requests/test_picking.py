@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from llfsm_verify.arrangement import build_arrangement, load_arrangement
 from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.checking.verdict import Options
@@ -12,6 +14,7 @@ from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Choose
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.verification.verify import verify
+from tests.distributions import Site
 
 HERE = Path("tests/arrangement/requests")
 PICKING = HERE / "picking.yaml"
@@ -93,3 +96,39 @@ def test_a_state_may_stand_for_another() -> None:
         "x": "violated",
         "y": "violated",
     }
+
+
+OTHERS = """
+from llfsm_verify.plug import PLANTS, Entry
+
+class Late:
+    table = PLANTS.load("service").table
+    def use(self, site):
+        return PLANTS.load("service").use(site)
+
+class Broken(Late):
+    def use(self, site):
+        raise RuntimeError("it is broken")
+
+LATE, BROKEN = Late(), Broken()
+ENTRIES = [Entry("late", "others:LATE"), Entry("broken", "others:BROKEN"), Entry("gone", "others:GONE")]
+(FIRST, SECOND, THIRD) = ENTRIES
+"""
+
+
+@pytest.mark.slow
+def test_plants_of_other_packages_are_used_and_their_failures_said(tmp_path: Path) -> None:
+    site = Site(tmp_path)
+    points = {"late": "others:FIRST", "broken": "others:SECOND", "gone": "others:THIRD"}
+    site.install("other-plants", {"llfsm_verify.plants": points}, others=OTHERS)
+    said = {}
+    for name in points:
+        file = tmp_path / f"{name}.yaml"
+        file.write_text(TEXT.replace("use: service", f"use: {name}"), encoding="utf-8")
+        done = site.llfsm("check", str(file))
+        said[name] = done.returncode, done.stdout + done.stderr
+    assert said["late"][0] == 0, said["late"]
+    assert [code for code, _ in said.values()] == [0, 3, 3], said
+    place = f":{1 + TEXT[: TEXT.index('use: service')].count(chr(10))}:17: error[E533]: the plant "
+    assert f"broken.yaml{place}`broken` of another package has failed (RuntimeError: it is broken)" in said["broken"][1]
+    assert f"gone.yaml{place}`gone` of another package cannot be used (AttributeError: " in said["gone"][1]
