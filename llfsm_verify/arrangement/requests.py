@@ -53,7 +53,7 @@ class Request:
     feedback: Mapping[str, str] = field(default_factory=dict)
     """Of an action: the field of the feedback that feeds each input, by the input."""
     timeout: float | None = None
-    """Seconds after which a service is ``TIMED_OUT`` and an action ``LOST``; None: never."""
+    """Seconds of the run, in cycles, after which a service is ``TIMED_OUT`` and an action ``LOST``; None: never."""
     told: Mapping[str, str] = field(default_factory=dict)
     """What the kind of port says of it to the child, such as the name of a service."""
     values: Mapping[str, str] = field(default_factory=dict)

@@ -320,13 +320,18 @@ class _Reader:
             )
         timeout = self._agreed_time(found, plant, told)
         extra = {word: self._word(found, word) for word in more.keys if word in found}
-        self._fits(words, timeout, values if plant is None else {**plant.values, **values}, found, key, told)
+        called = values if plant is None else {one: plant.values.get(one, one) for one in STATES[plant.kind]}
+        self._fits(words, timeout, called, found, key, told)
         for part, inputs in (("answers", plant.answers), ("feedback", plant.feedback)) if plant is not None else ():
             for other in [other for other in fields[part] if other not in inputs]:
                 message = f"the plant of {told} never changes `{other}`, which is named under `{part}`"
                 self.report.error(MISFIT, message, mark(found[part]), f"add it to `{part}` of the plant")
         if len(self.report.diagnostics) > before:
             return None
+        for one in called if plant is not None else ():
+            if values.get(one, called[one]) != called[one] and values[one] in self._inputs[words["state"]].labels:
+                message = f"`values` call {one} of {told} `{values[one]}`, and its plant calls it `{called[one]}`"
+                self.report.error(MISFIT, message, key.span, "leave it out, so that the plant says it")
         return Request(
             name,
             cast(RequestKind, words["kind"]),
@@ -337,6 +342,7 @@ class _Reader:
             fields["feedback"],
             timeout,
             extra,
+            {} if plant is None else called,
         )
 
     def _word(self, found: Mapping[str, Node], key: str) -> str:

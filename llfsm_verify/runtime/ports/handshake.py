@@ -32,7 +32,8 @@ class Asked(Protocol):
 
 
 class Handshake:
-    """One request. Each of its states is seen by a cycle before the next one comes, as its plant has it."""
+    """One request, its times in the unit of its time-out. Each of its states is seen by a cycle before the next one
+    comes, as its plant has it."""
 
     def __init__(self, request: Request, asked: Asked) -> None:
         self.request, self._asked = request, asked
@@ -64,12 +65,6 @@ class Handshake:
             self.withdraw()
             self._close(TIMEOUTS[self.request.kind], {})
             self._move(now)
-
-    @property
-    def due(self) -> float | None:
-        """When `look` has to be called next."""
-        limit = self.request.timeout
-        return None if limit is None or not self.number else self._since + limit
 
     def report(self, state: str, values: Mapping[str, Json], now: float, *, end: bool) -> str | None:
         """What the other side says of its number; a state "" is a failure. What is wrong with it."""
@@ -112,8 +107,10 @@ class Handshake:
     def _move(self, now: float) -> None:
         kind = self.request.kind
         under_way = self.state in UNDER_WAY[kind]
-        if under_way and not self._seen:
+        if under_way and not self._seen and self.number:
             self.withdraw()
+            if kind == "service":  # also where it is wanted again before a frame has shown that it is asked
+                self._close(FAILURES[kind], {})
         if not self._shown:
             return
         if self.state == IDLE:

@@ -8,9 +8,10 @@ import time
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from functools import partial
+from math import ceil
 from types import MappingProxyType
 from typing import TypeVar
 
@@ -73,6 +74,7 @@ class RunLink:
         self._slots, self._cycle_ms = slots, cycle_ms
         self._posts: Posts | None = None
         self._early: dict[str, Json] = {}
+        self._parameters: dict[str, int] = {}
         self._first_cycle: tuple[int, Mapping[str, Json]] | None = None
         self._say, self._clock = say, clock
         self._ended = clock()
@@ -85,7 +87,7 @@ class RunLink:
         self._theirs: dict[str, str] = {}
         for theirs, ours in spec.values.items():
             self._theirs.setdefault(ours, theirs)
-        self.handshakes = [Handshake(request, self) for request in spec.requests]
+        self.handshakes = [Handshake(_in_cycles(request, cycle_ms), self) for request in spec.requests]
         self._numbers = 0
         self._sends: dict[str, Shown] = {}
         """The fields of a request, if it is sent now."""
@@ -112,22 +114,24 @@ class RunLink:
 
     def parameters(self) -> dict[str, int]:
         """The values of inputs that never change, from what has come by now. Unopened: some are missing or wrong."""
-        found = {}
         for name in sorted(self.spec.never):
             if name not in self._early:
                 raise Unopened(f"its hello has no value for `{name}`", f"let it say `{self.spec.inputs[name]}` first")
-            choice = self._slots[name].choice
             given = self._early.pop(name)
-            for value in (self.spec.values.get(_text(given)), given):
-                with suppress(ValueProblem):
-                    if isinstance(value, bool | int | str):
-                        found[name] = number_of(choice, value)
-                        break
-            else:
+            number = self._parameter(name, given)
+            if number is None:
                 raise Unopened(
                     f"its hello gives `{name}` the value {_text(given)[:40]}", "let it say a value that fits"
                 )
-        return found
+            self._parameters[name] = number
+        return dict(self._parameters)
+
+    def _parameter(self, name: str, given: Json) -> int | None:
+        for value in (self.spec.values.get(_text(given)), given):
+            with suppress(ValueProblem):
+                if isinstance(value, bool | int | str):
+                    return number_of(self._slots[name].choice, value)
+        return None
 
     def follow(self, posts: Posts) -> None:
         """Post to this run from now on."""
@@ -184,9 +188,13 @@ class RunLink:
             self.malformed(f"a message has none of the fields {', '.join(sorted(self.fields))}")
         elif self._posts is None:
             self._early |= given
-        elif not self._give(given) and given.keys() <= self.spec.never:
-            self.counts.refused += len(given)
-            self._once("never", f"a value comes during the run for `{min(given)}`, which never changes")
+        else:
+            never = given.keys() & self.spec.never
+            if other := [n for n in sorted(never) if self._parameter(n, given[n]) != self._parameters.get(n)]:
+                self.counts.refused += len(other)
+                self._once("never", f"another value comes during the run for `{other[0]}`, which never changes")
+            if given.keys() - never:
+                self._give(given)
 
     def _give(self, given: Mapping[str, Json]) -> bool:
         """Post what fits; whether something does."""
@@ -236,12 +244,13 @@ class RunLink:
 
     def see(self, frame: Sequence[int]) -> None:
         """A frame has come, the newest."""
-        now = self._clock()
+        now = float(frame[CYCLE])
         for handshake in self.handshakes:
             request = handshake.request
             shown = self._slots[request.state].value(frame) == self.called(request, handshake.state)
             self._sends = {field: self.theirs(self._slots[name].value(frame)) for name, field in request.sends.items()}
             handshake.see(bool(self._slots[request.ask].value(frame)), shown=shown, now=now)
+            handshake.look(now)
 
     def theirs(self, value: Shown) -> Shown:
         """A value as the other side calls it."""
@@ -249,7 +258,7 @@ class RunLink:
 
     def called(self, request: Request, state: str) -> str:
         """A state of a request as the arrangement calls it."""
-        return self.spec.values.get(state, request.values.get(state, state))
+        return request.values.get(state) or self.spec.values.get(state, state)
 
     def show(self, request: Request, state: str, answers: Mapping[str, str], values: Mapping[str, Json]) -> None:
         """See `Asked`."""
@@ -283,7 +292,10 @@ class RunLink:
         if end:
             del self._unanswered[number]
         if handshake.number == number:
-            problem = handshake.report(state, values, self._clock(), end=end)
+            asked = _picked(handshake.request.answers, values) if state in ANSWERED and end else {}
+            if len(self._fitting(asked)) < len(asked):
+                state, values = "", {}
+            problem = handshake.report(state, values, self.latest, end=end)
             if problem is not None:
                 self.malformed(problem)
 
@@ -324,8 +336,6 @@ class RunLink:
         if limit is not None:
             late = [n for n, heard in self._heard.items() if n not in self._failed and now - heard >= limit]
             self._fail(late, f"no message for {limit:g} s")
-        for handshake in self.handshakes:
-            handshake.look(now)
         if self._pulses and self._posts is not None:
             self._posts.forward()
 
@@ -334,8 +344,14 @@ class RunLink:
         """When `look` has to be called next, if nothing comes."""
         limit = self.spec.timeout
         waiting = [] if limit is None else [at + limit for name, at in self._heard.items() if name not in self._failed]
-        waiting += [handshake.due for handshake in self.handshakes if handshake.due is not None]
         return min(waiting, default=None)
+
+    def close(self) -> None:
+        """The port has failed for good: what it is asked from now on fails, and what it was asked."""
+        self.port = _Closed(self)
+        with suppress(Refused):
+            for number in list(self._unanswered):
+                self.report(number, "", {}, end=True)
 
     def _fail(self, names: list[str], why: str) -> None:
         if not names or self.over:
@@ -360,6 +376,34 @@ class RunLink:
 
 WAITING = 5.0
 """Seconds without a cycle after which a port that begins them is reported."""
+
+
+class _Closed(AskingPort):
+    """In the place of a port that has failed."""
+
+    every_frame = False
+
+    def __init__(self, link: RunLink) -> None:
+        self._link = link
+
+    def ask(self, number: int, name: str, values: Mapping[str, Shown]) -> None:  # noqa: ARG002 - it fails
+        """See `AskingPort`."""
+        self._link.report(number, "", {}, end=True)
+
+    def cancel(self, number: int) -> None:
+        """See `AskingPort`."""
+
+    def safe(self, values: Mapping[str, Shown]) -> None:
+        """See `AskingPort`."""
+
+    def end(self, ending: str) -> None:
+        """See `AskingPort`."""
+
+
+def _in_cycles(request: Request, cycle_ms: float) -> Request:
+    """With its time-out in cycles, as its plant counts it: at any `--rate`, and also with a clock outside."""
+    limit = request.timeout
+    return request if limit is None else replace(request, timeout=ceil(round(1000 * limit / cycle_ms, 6)))
 
 
 def _picked(fields: Mapping[str, str], values: Mapping[str, Json]) -> dict[str, Json]:
@@ -389,6 +433,8 @@ def _type(slot: Slot) -> Json:
     }  # fmt: skip
 
 
+ANSWERED = ("DONE", "SUCCEEDED")
+"""Ends that come with an answer, which has to fit."""
 MOST_UNANSWERED = 1000
 """Requests of a port whose answers, which are not wanted any more, may still come."""
 MOST_SAID = 100
@@ -571,6 +617,9 @@ class Ports:
             with suppress(Exception):
                 port.close()
             link.lost(f"the port has failed: {type(error).__name__}: {error}", forever=True)
+            if link.handshakes and not isinstance(port, _Closed):
+                link.close()
+                self._open += [(link, one) for one in (link.port,) if one is not None]
             return None
 
     def _look(self, *, last: bool = False) -> None:

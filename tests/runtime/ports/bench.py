@@ -17,7 +17,7 @@ from llfsm_verify.runtime.live.plan import starting_values
 from llfsm_verify.runtime.live.slots import inputs_of, slots_of
 from llfsm_verify.runtime.ports.file import read_ports
 from llfsm_verify.runtime.ports.port import PortSpec
-from llfsm_verify.runtime.ports.ports import Ports
+from llfsm_verify.runtime.ports.ports import Ports, opened
 from llfsm_verify.runtime.stepping.drawing import free_inputs
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.values import Shown
@@ -41,10 +41,14 @@ class Bench:
         self.loop = Loop(code, held=starting_values(code.program))
         self.board = Shared("bench", self.loop)
         self.slots = slots_of(code)
+        slots = {slot.name: slot for slot in self.slots}
+        early = {spec.name: opened(spec, slots, 10, self.said.append) for spec in specs if spec.never}
+        self.parameters = {name: link.parameters() for name, link in early.items()}
         try:
             self.ports = Ports(
                 specs, self.board.posts, self.board.segment.newest, self.slots, say=self.said.append,
-                clock=lambda: self.now,
+                clock=lambda: self.now, cycle_ms=10,
+                early=early,
             )  # fmt: skip
         except BaseException:
             self.board.close()

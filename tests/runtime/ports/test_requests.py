@@ -14,7 +14,10 @@ import pytest
 from llfsm_verify.arrangement.requests import IDLE, STATES, Request, RequestKind
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.jsonvalue import Json
+from llfsm_verify.runtime.live.frame import CYCLE
 from llfsm_verify.runtime.ports.handshake import Handshake
+from llfsm_verify.runtime.ports.port import AskingPort, PortSpec
+from llfsm_verify.values import Shown
 from tests.cli.running import llfsm
 from tests.runtime.ports.bench import bench, declared
 from tests.runtime.ports.picker import picker, port
@@ -89,14 +92,15 @@ def test_a_service_that_is_late_is_timed_out_and_its_answer_thrown_away(tmp_path
         say(answer=message["cancel"], values={"list": [{"count": 7}]}); say(values={"level": 4})
 """
     )
-    keys = SERVICE.replace("locate_state,", "locate_state, timeout: 5s,")
+    keys = SERVICE.replace("locate_state,", "locate_state, timeout: 45ms,")
     hello = json.dumps({"hello": 1, "values": {"wants": 1}})
     text = port(tmp_path, program, keys, hello=hello).replace("{level: level}", WANTS)
     with bench(*declared(text, tmp_path, picker()), code=picker()) as made:
         made.until(made.has("locate_state", "WAITING"))
-        assert made.ports.patience <= 5.0
-        made.now = 5.0
+        asked = made.loop.frame[CYCLE]
+        made.now = 5000.0  # which counts for nothing: it has five cycles of 10 ms since it was asked, a cycle before
         made.until(made.has("locate_state", "TIMED_OUT"))
+        assert made.loop.frame[CYCLE] - asked == 5
         made.until(made.has("level", 4))
         made.turn()
         assert made.value("fruits") == 0 and made.said == [] and made.value("locate_state") == "TIMED_OUT"
@@ -110,6 +114,102 @@ def test_what_is_under_way_where_the_run_ends_is_cancelled(tmp_path: Path) -> No
         made.end("stopped")
     lines = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
     assert lines[-2:] == [{"cancel": 1}, {"end": "stopped"}]
+
+
+def test_an_answer_that_does_not_fit_is_a_failure(tmp_path: Path) -> None:
+    """Else the machine would take an older one for it."""
+    program = (
+        ANSWERS
+        + """
+    if "request" in message:
+        say(answer=message["request"], values={"list": [{"count": 10}]})
+"""
+    )
+    hello = json.dumps({"hello": 1, "values": {"wants": 1}})
+    text = port(tmp_path, program, SERVICE, hello=hello).replace("{level: level}", WANTS)
+    with bench(*declared(text, tmp_path, picker()), code=picker()) as made:
+        made.until(made.has("locate_state", "FAILED"))
+        assert made.value("fruits") == 0 and made.ports.counts["p"].refused == 1
+        assert made.said == ["port p: a value is refused: fruits: `10` is not a number from 0 to 9"]
+
+
+def test_states_are_called_as_the_plant_calls_them(tmp_path: Path) -> None:
+    program = (
+        ANSWERS
+        + """
+    if "request" in message:
+        say(state="ACTIVE", of=message["request"]); say(answer=message["request"], state="ABORTED", values={})
+"""
+    )
+    hello = json.dumps({"hello": 1, "values": {"wants": 2}})
+    text = port(tmp_path, program, "requests: {arm: {}}", hello=hello).replace("{level: level}", WANTS)
+    plant = Request("arm", "action", "reach", "arm_state", values={"ABORTED": "PREEMPTED"})
+    with bench(*declared(text, tmp_path, picker(), arm=plant), code=picker()) as made:
+        made.until(made.has("arm_state", "PREEMPTED"))
+        assert made.said == []
+
+
+class Breaks(AskingPort):
+    """A port of another package that fails when it is asked for the second time, and tells nothing."""
+
+    every_frame = False
+
+    def __init__(self) -> None:
+        self.asked = 0
+
+    def ask(self, number: int, name: str, values: Mapping[str, Shown]) -> None:
+        self.asked += 1
+        if self.asked == 2:
+            raise RuntimeError("it is broken")
+
+    def cancel(self, number: int) -> None:
+        """It goes on."""
+
+
+def test_what_a_closed_port_is_asked_fails() -> None:
+    requests = (
+        Request("locate", "service", "locate", "locate_state"),
+        Request("arm", "action", "reach", "arm_state", values={"ABORTED": "PREEMPTED"}),
+    )
+    spec = PortSpec("p", lambda _: Breaks(), requests=requests)
+    with bench(spec, code=picker()) as made:
+        made.board.posts.post({"wants": 1})
+        made.until(made.has("locate_state", "WAITING"))
+        made.board.posts.post({"wants": 2})
+        made.until(made.has("arm_state", "LOST"))
+        assert made.said == ["port p: the port has failed: RuntimeError: it is broken"]
+        made.board.posts.post({"wants": 1})
+        made.until(made.has("locate_state", "FAILED"))
+        made.end("stopped")
+
+
+def test_a_service_that_is_asked_again_before_a_frame_shows_it_fails() -> None:
+    """Its answer will not come: the child was told that it is not wanted."""
+    asked = Asked()
+    handshake = Handshake(Request("r", "service", "ask", "state"), asked)
+    handshake.begin()
+    handshake.see(True, shown=True, now=0)
+    handshake.see(False, shown=False, now=1)
+    handshake.see(True, shown=False, now=2)
+    handshake.see(True, shown=True, now=3)
+    assert asked.posted == [IDLE, "WAITING", "FAILED"] and asked.cancelled == [1]
+
+
+def test_what_never_changes_may_be_said_again(tmp_path: Path) -> None:
+    program = (
+        ANSWERS
+        + """
+    say(values={"gain": 3}); say(values={"gain": 3, "level": 2})
+    say(values={"gain": 4, "level": 3}); say(values={"gain": 4})
+"""
+    )
+    hello = json.dumps({"hello": 1, "values": {"gain": 3}})
+    text = port(tmp_path, program, "", hello=hello).replace("{level: level}", "{level: level, gain: gain}")
+    with bench(*declared(text, tmp_path, picker()), code=picker()) as made:
+        assert made.parameters == {"p": {"gain": 3}}
+        made.until(made.has("level", 3))
+        made.until(lambda: made.ports.counts["p"].refused == 2)
+        assert made.said == ["port p: another value comes during the run for `gain`, which never changes"]
 
 
 @pytest.mark.parametrize(("keys", "wants", "state", "end"), [
@@ -237,6 +337,7 @@ WRONG = [
     (TEXT.replace("REST", "requests: {locate: {timeout: §3s}}"), "E526", "the same"),
     (TEXT.replace("REST", "requests: {locate: {answers: §{level: a}}}"), "E526", "`answers` of the plant"),
     (TEXT.replace("REST", "requests: {locate: {§servce: a}}"), "E033", "known keys"),
+    (TEXT.replace("REST", "values: {FAILED: TIMED_OUT}, requests: {§locate: {}}"), "E526", "the plant says"),
 ]  # fmt: skip
 
 
@@ -255,7 +356,16 @@ def test_a_plant_describes_a_request(tmp_path: Path) -> None:
     text = TEXT.replace("REST", "requests: {locate: {answers: {fruits: list.count}, sends: [now]}}")
     (spec,) = declared(text, tmp_path, picker(), locate=PLANT)
     assert spec.requests == (
-        Request("locate", "service", "locate", "locate_state", {"now": "now"}, {"fruits": "list.count"}, timeout=2.0),
+        Request(
+            "locate",
+            "service",
+            "locate",
+            "locate_state",
+            {"now": "now"},
+            {"fruits": "list.count"},
+            timeout=2.0,
+            values={state: state for state in STATES["service"]},
+        ),
     )
     assert spec.fed == {"locate_state", "fruits"}
 
