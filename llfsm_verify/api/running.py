@@ -23,7 +23,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.replacing import Change, NewPolicy, Replacement
 from llfsm_verify.diagnostics import counted
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.runtime.launch import Launch, declared_ports, fed_by, following, launched, opened_early, serving
+from llfsm_verify.runtime.launch import Launch, declared_ports, following, launched, opened_early, serving, with_ports
 from llfsm_verify.runtime.live.pace import Pace
 from llfsm_verify.runtime.live.run import RunReport
 from llfsm_verify.runtime.live.slots import slots_of
@@ -307,10 +307,10 @@ def start(
     how = settings.plan(given)
     code, rounds, said = how.code(), -1 if cycles is None else cycles, list[str]()
     specs = declared_ports(str(ports), given, code) if isinstance(ports, str | Path) else tuple(ports)
-    twice = sorted(fed_by(specs) & settings.held.keys())
+    settings = with_ports(settings, specs)
+    twice = sorted(settings.fed & settings.held.keys())
     if twice:
         raise ValueError(f"`{twice[0]}` is held by `inputs`, and a port feeds it")
-    settings = replace(settings, fed=fed_by(specs))
     if any(spec.paces for spec in specs):
         settings, rounds = replace(settings, rate=Fraction(0), pace=Pace(rounds)), 0
     with ExitStack() as left:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import select
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -144,9 +144,11 @@ def declared_ports(path: str, arrangement: Arrangement, code: LiveCode) -> tuple
     return read_ports(path, inputs_of(code.program), slots_of(code), requests, free_inputs(code.program))
 
 
-def fed_by(specs: Sequence[PortSpec]) -> frozenset[str]:
-    """The inputs that ports feed."""
-    return frozenset(name for spec in specs for name in spec.fed)
+def with_ports(settings: RunSettings, specs: Sequence[PortSpec]) -> RunSettings:
+    """The settings of a run with these ports."""
+    fed = frozenset(name for spec in specs for name in spec.fed)
+    shown = frozenset(name for spec in specs for name in spec.shown)
+    return replace(settings, fed=fed, shown=shown)
 
 
 @contextmanager

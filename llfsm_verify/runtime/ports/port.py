@@ -168,6 +168,12 @@ class PortSpec:
         """All inputs to which it gives values."""
         return frozenset((*self.inputs, *(name for request in self.requests for name in request.fed)))
 
+    @property
+    def shown(self) -> frozenset[str]:
+        """All slots that it reads in frames."""
+        asked = (name for request in self.requests for name in (request.ask, request.state, *request.sends))
+        return frozenset((*self.outputs, *([] if self.when is None else [self.when]), *asked))
+
 
 @dataclass(frozen=True, slots=True)
 class Started:

@@ -73,7 +73,8 @@ class RunLink:
         self.port: Port | None = None
         self._slots, self._cycle_ms = slots, cycle_ms
         self._posts: Posts | None = None
-        self._early: dict[str, Json] = {}
+        self._early: list[dict[str, Json]] = []
+        """What has come before there is a run, by message where there are events in it."""
         self._parameters: dict[str, int] = {}
         self._first_cycle: tuple[int, Mapping[str, Json]] | None = None
         self._say, self._clock = say, clock
@@ -115,9 +116,10 @@ class RunLink:
     def parameters(self) -> dict[str, int]:
         """The values of inputs that never change, from what has come by now. Unopened: some are missing or wrong."""
         for name in sorted(self.spec.never):
-            if name not in self._early:
+            said = [message.pop(name) for message in self._early if name in message]
+            if not said:
                 raise Unopened(f"its hello has no value for `{name}`", f"let it say `{self.spec.inputs[name]}` first")
-            given = self._early.pop(name)
+            given = said[-1]
             number = self._parameter(name, given)
             if number is None:
                 raise Unopened(
@@ -133,17 +135,20 @@ class RunLink:
                     return number_of(self._slots[name].choice, value)
         return None
 
-    def follow(self, posts: Posts) -> None:
-        """Post to this run from now on."""
-        first, self._posts = self._posts is None, posts
-        if first:
-            posts.post(dict(self.spec.events))
-            early, self._early = self._early, {}
-            self._give(early)
-            if self._first_cycle is not None:
-                self.cycle(*self._first_cycle)
+    def follow(self, posts: Posts, slots: Mapping[str, Slot]) -> None:
+        """Post to this run from now on, whose frames have these slots."""
+        first, self._posts, self._slots = self._posts is None, posts, slots
         for name, value in list(self._pulses):
             posts.pulse(name, value, self._pulsed)
+        if first:
+            posts.post(dict(self.spec.events))
+            early, self._early = self._early, []
+            for given in early:
+                self._give(given)
+            if self.spec.on_failure == "safe":  # what has failed already
+                posts.post({name: self.spec.safe[name] for name in self._failed})
+            if self._first_cycle is not None:
+                self.cycle(*self._first_cycle)
 
     def begin(self) -> None:
         """The run begins now: nothing could be heard before."""
@@ -186,8 +191,13 @@ class RunLink:
         given = _picked(self.spec.inputs, values)
         if not given:
             self.malformed(f"a message has none of the fields {', '.join(sorted(self.fields))}")
+        elif self._posts is None and self._early and not given.keys() & self.spec.events.keys():
+            self._early[-1] |= given
+        elif self._posts is None and len(self._early) < MOST_EARLY:
+            self._early.append(given)
         elif self._posts is None:
-            self._early |= given
+            self.counts.refused += len(given)
+            self._once("events", f"an event is refused: {MOST_EARLY:,} wait for the first cycle already")
         else:
             never = given.keys() & self.spec.never
             if other := [n for n in sorted(never) if self._parameter(n, given[n]) != self._parameters.get(n)]:
@@ -437,6 +447,8 @@ ANSWERED = ("DONE", "SUCCEEDED")
 """Ends that come with an answer, which has to fit."""
 MOST_UNANSWERED = 1000
 """Requests of a port whose answers, which are not wanted any more, may still come."""
+MOST_EARLY = 1000
+"""Messages with events that wait for the first cycle."""
 MOST_SAID = 100
 """Different texts that the other side may say."""
 FINISHING, LEAVING = 1.0, 2.0
@@ -529,7 +541,7 @@ class Ports:
                 if spec.events:
                     _one_cycle(spec, posts)
                 link.pace = pace if spec.paces else None
-                link.follow(posts)
+                link.follow(posts, self._slots)
         except BaseException:
             self.close()
             raise
@@ -541,7 +553,7 @@ class Ports:
         """Post to another run and read its frames, which go on with the numbers of those before."""
         self._newest, self._slots = newest, {slot.name: slot for slot in slots}
         for link in self._links:
-            link.follow(posts)
+            link.follow(posts, self._slots)
 
     @property
     def failure(self) -> str | None:

@@ -26,6 +26,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import Closing
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.run import Running, RunReport
+from llfsm_verify.runtime.live.slots import slots_of
 from llfsm_verify.runtime.swapping.check_process import Check, CheckTask
 from llfsm_verify.runtime.swapping.settings import Loaded, RunSettings
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
@@ -204,7 +205,7 @@ class SwappableRun(Closing):
             arrangement, loop = self._settings.loop(resolve(draft))
             if isinstance(change, NewPolicy) and (given := list(rights_given(self._began, arrangement))):
                 raise DiagnosticError(given)
-            _compare(running, loop)
+            _compare(running, loop, self._settings.fed | self._settings.shown)
             return draft, arrangement, loop
 
         check = None if unchecked else self._check(loaded, before, draft)  # forked before there is a thread
@@ -359,8 +360,12 @@ def _line(found: Diagnostic) -> str:
     return f"{place}{found.message}" + (f" ({found.hint})" if found.hint else "")
 
 
-def _compare(running: Loop, following: Loop) -> None:
-    """Untransferable: the monitors of a run cannot go on in another one."""
+def _compare(running: Loop, following: Loop, ported: frozenset[str]) -> None:
+    """Untransferable: the monitors or the ports of a run cannot go on in another one."""
     before, after = running.code, following.code
+    kinds = [{slot.name: slot.choice for slot in slots_of(code)} for code in (before, after)]
+    other = sorted(name for name in ported if kinds[0][name] != kinds[1].get(name))
+    if other:
+        raise Untransferable(f"a port needs `{other[0]}`, which would not be there, or be of another type")
     if before.monitors != after.monitors or before.tables != after.tables:
         raise Untransferable("a property that is monitored would need another monitor")

@@ -70,6 +70,8 @@ class RunSettings:
     stops_on_violation: bool = False
     fed: frozenset[str] = frozenset()
     """Inputs that come from ports."""
+    shown: frozenset[str] = frozenset()
+    """Slots that ports read."""
     pace: Pace | None = None
     """With a clock outside; `rate` is 0 then."""
     record: str | Path | None = None

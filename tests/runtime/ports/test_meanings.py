@@ -153,3 +153,20 @@ def test_parameters_are_read_before_the_run(tmp_path: Path) -> None:
         with pytest.raises(DiagnosticError) as caught:
             model.run(ports=tmp_path / "a.ports.yaml")
         assert [d.code for d in caught.value.diagnostics] == ["E495"] and why in str(caught.value)
+
+
+def test_events_before_the_first_cycle_keep_their_order(tmp_path: Path) -> None:
+    """Also of a port that is open before the run; the newest of other values counts."""
+    said = [{"hello": 1, "values": {"start": "START", "level": 1}}] + [
+        {"values": values} for values in ({"start": "PAUSE"}, {"level": 2}, {"level": 3}, {"start": "PAUSE"})
+    ]
+    lines = "".join(json.dumps(one) + "\n" for one in said)
+    program = f"os.write(1, {lines!r}.encode())\nfor message in messages: pass\n"
+    text = port(tmp_path, program, "events: {start: NONE}", hello="")
+    with bench(*declared(text.replace("[level]", "x").replace("{level: level}", "[level, start]"), tmp_path, picker()),
+               code=picker()) as made:  # fmt: skip
+        had: list[object] = []
+        while len([one for one in had if one != "NONE"]) < 3:
+            made.turn()
+            had.append(made.value("now"))
+        assert [one for one in had if one != "NONE"] == ["START", "PAUSE", "PAUSE"] and made.value("level") == 3

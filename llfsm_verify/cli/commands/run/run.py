@@ -36,12 +36,12 @@ from llfsm_verify.runtime.launch import (
     Launch,
     Launched,
     declared_ports,
-    fed_by,
     following,
     launched,
     opened_early,
     serve,
     serving,
+    with_ports,
 )
 from llfsm_verify.runtime.live import CROWDED, UNSERVED
 from llfsm_verify.runtime.live.loop import Prescribed
@@ -143,7 +143,7 @@ def _ready(options: Namespace, draft: Draft, given: Arrangement, left: ExitStack
         rounds = rounds if options.span is not None else steps
     code = plan.code()
     specs = () if options.ports is None else declared_ports(options.ports, given, code)
-    settings = replace(settings, fed=fed_by(specs))
+    settings = with_ports(settings, specs)
     problem = unusable(specs, settings.held, options.arrangement) or _timed(specs, options)
     if options.panel and (writes_to_output(specs) or not sys.stdout.isatty()):
         problem = "--panel needs a terminal as standard output"
