@@ -201,7 +201,7 @@ def run(command: str, folder: Path, forked: Forks) -> str:
     return done.stdout + (f"{done.returncode}\n" if echo else "")
 
 
-@pytest.mark.parametrize("page", PAGES)
+@pytest.mark.parametrize("page", [*PAGES, "tests/README.md"])
 def test_links_lead_somewhere(page):
     """To a file, and where they name a heading, to one that it has."""
     for target, heading in LINK.findall(Path(page).read_text(encoding="utf-8")):
