@@ -146,7 +146,9 @@ class StateMachine:
     def current(self) -> tuple[str, str] | None:
         """The label and the descriptive name of the state that is executed; None: none is."""
         label = None if self._driver is None else self._driver.label
-        return None if label is None or label not in self._transitions.labels else (label, self._transitions[label].about)
+        return (
+            None if label is None or label not in self._transitions.labels else (label, self._transitions[label].about)
+        )
 
     def pause(self) -> None:
         """Let nothing be executed until `resume`; the state under way is cancelled, and its answer does not count."""

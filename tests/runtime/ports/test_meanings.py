@@ -170,10 +170,3 @@ def test_events_before_the_first_cycle_keep_their_order(tmp_path: Path) -> None:
             made.turn()
             had.append(made.value("now"))
         assert [one for one in had if one != "NONE"] == ["START", "PAUSE", "PAUSE"] and made.value("level") == 3
-def test_an_event_that_comes_before_the_run_comes_once(tmp_path: Path) -> None:
-    said = json.dumps({"hello": 1, "values": {"start": "START"}}) + "\n"
-    program = f"os.write(1, {said!r}.encode())\nfor message in messages: pass\n"
-    text = text.replace("[level]", "[start]").replace("{level: level}", "[start]")
-    with bench(*declared(text, tmp_path, picker()), code=picker()) as made:
-        for _ in range(6):
-        assert (made.value("starts"), made.value("now")) == (1, "NONE")
