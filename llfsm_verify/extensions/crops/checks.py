@@ -82,7 +82,7 @@ def outcomes_of(state: State) -> Collection[str]:
     if isinstance(said, str) or not isinstance(said, Iterable):
         return ()
     listed = dict.fromkeys(each if isinstance(each, str) else None for each in said)
-    return () if None in listed else tuple(str(each) for each in listed)
+    return () if None in listed else tuple(str.__str__(each) for each in listed if each is not None)
 
 
 def _outcomes(stage: Stage, state: State) -> Iterator[Diagnostic]:

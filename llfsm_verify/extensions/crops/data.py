@@ -46,6 +46,11 @@ class Data(MutableMapping[str, object]):
         with self._store.lock:
             self._left = why
 
+    @property
+    def left(self) -> bool:
+        """Whether the execution does not count any more: the state machine has left the state, or has paused it."""
+        return self._left is not None
+
     def _open(self) -> None:
         if self._left is not None:
             raise LeftState(self._left)

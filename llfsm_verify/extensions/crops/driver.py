@@ -13,9 +13,11 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 from llfsm_verify import LiveRun
+from llfsm_verify.extensions.crops.checks import outcomes_of
 from llfsm_verify.extensions.crops.data import Data, LeftState
 from llfsm_verify.extensions.crops.states import State
 from llfsm_verify.extensions.crops.transitions import (
@@ -26,7 +28,9 @@ from llfsm_verify.extensions.crops.transitions import (
     PAUSED,
     TICKET,
     TIMED_OUT,
+    TROUBLES,
     Transitions,
+    near,
 )
 
 LOG = logging.getLogger("llfsm_verify.crops")
@@ -64,6 +68,8 @@ class Execution:
     data: Data
     until: float
     """When it has taken too long (monotonic seconds)."""
+    submitted: bool = False
+    begun: bool = False
     outcome: str | None = None
     posted: str | None = None
     left: bool = False
@@ -86,9 +92,17 @@ class Driver:
     """Drives one run. `busy`: a lock for each state, so that an object is never executed twice at a time."""
 
     def __init__(
-        self, live: LiveRun, found: Transitions, states: Mapping[str, State], data: Data, period: float
+        self,
+        live: LiveRun,
+        found: Transitions,
+        states: Mapping[str, State],
+        deadlines: Mapping[str, float],
+        data: Data,
+        period: float,
     ) -> None:
         self._live, self._found, self._states, self._data = live, found, states, data
+        self._deadlines = deadlines
+        self._given = {label: {*outcomes_of(state), *TROUBLES} for label, state in states.items()}
         self._pause = max(period / LOOKS, SHORTEST)
         self._names = {name: text for text, name in found.states.items()}
         self._busy = {id(state): threading.Lock() for state in states.values()}
@@ -97,6 +111,7 @@ class Driver:
         self._active: str | None = None
         """The state that was executed last, until it leads to another or is cancelled."""
         self._commands: deque[Command] = deque()
+        self._closed = False
         self._wake = threading.Event()
         self._said: set[str] = set()
         self.label: str | None = None
@@ -107,7 +122,17 @@ class Driver:
         command = Command(kind, label)
         self._commands.append(command)
         self._wake.set()
+        if self._closed:
+            self._refuse()
         return command
+
+    def _refuse(self) -> None:
+        """Let all commands fail: nothing looks at them any more."""
+        with suppress(IndexError):
+            while True:
+                command = self._commands.popleft()
+                command.failed = RuntimeError("the state machine has ended")
+                command.done.set()
 
     def drive(self) -> str:
         """Until the run has ended: the final outcome. RuntimeError: it ended otherwise."""
@@ -135,6 +160,8 @@ class Driver:
         return True
 
     def _look(self, values: Mapping[str, object]) -> None:
+        for slot in [slot for slot, verdict in values.items() if slot.startswith(VERDICT) and verdict == "violated"]:
+            self._say(f"the property `{slot.removeprefix(VERDICT)[:-1]}` is violated")
         name, ticket = str(values[MACHINE]), int(str(values[TICKET_SLOT]))
         self.label = self._names.get(name)
         label = self.label if self.label in self._found.labels else None
@@ -150,39 +177,48 @@ class Driver:
             return  # what is about to be left is not begun, nor answered
         if current is None:
             current = self._begin(label, due)
+        self._submit(current)
         self._answer(current)
 
     def _begin(self, label: str, ticket: int) -> Execution:
-        state = self._states[label]
-        limit = float("inf") if state.deadline is None else time.monotonic() + state.deadline
-        self._current = execution = Execution(label, ticket, self._data._for(), limit)
+        until = time.monotonic() + self._deadlines[label]
+        self._current = execution = Execution(label, ticket, self._data._for(), until)
         self._active = label
-        self._worker.do(lambda: self._execute(execution, state))
         return execution
+
+    def _submit(self, execution: Execution) -> None:
+        """Let it be executed, once an execution of its object that was left has returned."""
+        state = self._states[execution.label]
+        if not (execution.submitted or self._busy[id(state)].locked()):
+            execution.submitted = True
+            self._worker.do(lambda: self._execute(execution, state))
 
     def _execute(self, execution: Execution, state: State) -> None:
         """On a worker."""
         lock = self._busy[id(state)]
-        while not lock.acquire(timeout=0.05):  # an execution that was left has not returned yet
-            if execution.left:
-                return
+        if not lock.acquire(blocking=False):  # by an execution that was left while it began
+            execution.submitted = False
+            return
         try:
             if not execution.left:
+                execution.begun = True
                 execution.outcome = self._outcome(execution, state)
         finally:
             lock.release()
             self._wake.set()
 
     def _outcome(self, execution: Execution, state: State) -> str:
+        given = self._given[execution.label]
         try:
-            outcome = state.execute(execution.data)
+            outcome: object = state.execute(execution.data)
+            if isinstance(outcome, str) and (text := str.__str__(outcome)) in given:
+                return text
+            meant = near(outcome, given) if isinstance(outcome, str) else None
+            what = f"has returned {outcome!r:.60}, which is not in its `outcomes`{f': {meant}' if meant else ''}"
+            self._say(f"the state `{execution.label}` {what}")
         except BaseException as error:  # noqa: BLE001 - whatever is raised, the machine goes on
             if not (execution.left and isinstance(error, LeftState)):
                 self._say(f"the state `{execution.label}` has raised {type(error).__name__}", error)
-            return FAILED
-        if outcome in state.outcomes or outcome in (FAILED, TIMED_OUT):
-            return outcome
-        self._say(f"the state `{execution.label}` has returned {outcome!r:.60}, which is not in its `outcomes`")
         return FAILED
 
     def _answer(self, execution: Execution) -> None:
@@ -191,6 +227,11 @@ class Driver:
         outcome = execution.outcome
         if outcome is None and time.monotonic() < execution.until:
             return
+        if outcome is None:
+            label, seconds = execution.label, self._deadlines[execution.label]
+            late = f"took longer than {seconds:g} s" if execution.begun else f"could not begin for {seconds:g} s"
+            why = "" if execution.begun else ": `cancel` of a state, or an execution before it, has not returned"
+            self._say(f"the state `{label}` {late}{why}")
         execution.posted = TIMED_OUT if outcome is None else outcome
         try:
             answer: dict[str, str | int] = {OUTCOME: self._found.values[execution.posted], ANSWERS: execution.ticket}
@@ -206,7 +247,7 @@ class Driver:
         led = returned is not None and self._found.target(execution.label, returned) == self.label
         execution.left = True
         execution.data._leave(f"the state `{execution.label}` was left, and stores nothing any more")
-        if execution.outcome is None:  # the worker may hang
+        if execution.submitted and execution.outcome is None:  # the worker may hang
             self._worker.do(None)
             self._worker = Worker()
         if not led or returned == FAILED:
@@ -258,13 +299,13 @@ class Driver:
         current, self._current = self._current, None
         if current is not None:
             self._leave(current)
+        self._closed = True
+        self._refuse()
         self._cancel()
         self._worker.do(None)
         self._worker.thread.join(LAST)
-        while self._commands:
-            command = self._commands.popleft()
-            command.failed = RuntimeError("the state machine has ended")
-            command.done.set()
+        if self._worker.thread.is_alive():
+            self._say("`cancel` of the last state has not returned, and is left behind")
 
 
-TICKET_SLOT = f"{MACHINE}.{TICKET}"
+TICKET_SLOT, VERDICT = f"{MACHINE}.{TICKET}", "verdict("

@@ -24,7 +24,9 @@ prints ``Exit``. Before anything is executed, what does not fit is said:
 
 from __future__ import annotations
 
+import math
 import re
+import threading
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -49,7 +51,7 @@ class StateMachine:
 
     def __init__(self, outcomes: Iterable[str]) -> None:
         """ValueError: there are none, or they are one text."""
-        if isinstance(outcomes, str) or not (listed := tuple(outcomes)):
+        if isinstance(outcomes, str) or not (listed := tuple(outcomes)) or not all(isinstance(o, str) for o in listed):
             raise ValueError("`outcomes` is a list of texts, such as ['Exit']")
         self.outcomes = listed
         self.report: RunReport | None = None
@@ -57,6 +59,9 @@ class StateMachine:
         self._found: Transitions | None = None
         self._model: Model | None = None
         self._states: dict[str, State] = {}
+        self._deadlines: dict[str, float] = {}
+        self._executed = threading.Lock()
+        """Held while it is."""
         self._driver: Driver | None = None
 
     def add_transition_file(self, path: str | Path) -> None:
@@ -77,14 +82,17 @@ class StateMachine:
 
     def add(self, label: str, state: State, *, deadline: float | None = None) -> None:
         """Let a state be executed under a label of the transition file, with a deadline in seconds other than that of
-        its class. ValueError: the label has a state already."""
+        its class. ValueError: the label has a state already, or the deadline is not a positive number of seconds."""
         if label in self._states:
             raise ValueError(f"the label {label!r} has a state already")
-        if not isinstance(state, State):
-            raise TypeError(f"{type(state).__name__} is not a State")
-        if deadline is not None:
-            state.deadline = deadline
-        self._states[label] = state
+        if not isinstance(label, str) or not isinstance(state, State):
+            raise TypeError(f"`add` takes a label and a State, not {type(label).__name__} and {type(state).__name__}")
+        limit = state.deadline if deadline is None else deadline
+        if limit is None:
+            limit = math.inf
+        if isinstance(limit, bool) or not isinstance(limit, int | float) or not limit > 0:
+            raise ValueError(f"`deadline` is a positive number of seconds, or None, and not {limit!r:.40}")
+        self._states[label], self._deadlines[label] = state, limit
 
     @property
     def values(self) -> Mapping[str, str]:
@@ -118,25 +126,33 @@ class StateMachine:
         """Execute states, 100 times a second, until the machine has come to a final outcome: that.
 
         It begins in the state `initial` (None: the first of the file), with `data`. `properties`, `record`,
-        `whiteboard` and `rate` are as for `Model.run`. DiagnosticError: see `check`, and `Model.run`. RuntimeError: it
-        is executed already, or the run has ended otherwise.
+        `whiteboard` and `rate` are as for `Model.run`. A property that is violated is logged at once (by the logger
+        `llfsm_verify.crops`, as all else that goes wrong), and verdicts are in `report`. DiagnosticError: see `check`,
+        and `Model.run`. RuntimeError: it is executed already, or the run has ended otherwise.
         """
-        if self._driver is not None:
+        if not self._executed.acquire(blocking=False):
             raise RuntimeError("the state machine is executed already")
-        for surprise in self.check(initial):
-            LOG.warning("%s", surprise)
-        assert self._model is not None
-        shared = data if isinstance(data, Data) else Data(data)
-        with self._model.run(properties, record=record, whiteboard=whiteboard, rate=rate) as live:
-            try:
-                return self._drive(live, shared, initial, CYCLE_MS / 1000 / rate if rate else 0.0)
-            finally:
-                self._driver = None
-                live.stop()
-                self.report = live.wait()
+        try:
+            for surprise in self.check(initial):
+                LOG.warning("%s", surprise)
+            assert self._model is not None
+            shared = data if isinstance(data, Data) else Data(data)
+            with self._model.run(properties, record=record, whiteboard=whiteboard, rate=rate) as live:
+                for name, why in live.unmonitored.items():
+                    LOG.warning("the property `%s` is not monitored: %s", name, why)
+                try:
+                    return self._drive(live, shared, initial, CYCLE_MS / 1000 / rate if rate else 0.0)
+                finally:
+                    self._driver = None
+                    live.stop()
+                    self.report = live.wait()
+                    if self.report.unrecorded is not None:
+                        LOG.error("the recording has ended before the run: %s", self.report.unrecorded)
+        finally:
+            self._executed.release()
 
     def _drive(self, live: LiveRun, data: Data, initial: str | None, period: float) -> str:
-        driver = Driver(live, self._transitions, self._states, data, period)
+        driver = Driver(live, self._transitions, self._states, self._deadlines, data, period)
         if initial is not None and initial not in list(self._transitions.labels)[:1]:
             driver.command("enter", initial)
         self._driver = driver
@@ -145,10 +161,9 @@ class StateMachine:
     @property
     def current(self) -> tuple[str, str] | None:
         """The label and the descriptive name of the state that is executed; None: none is."""
-        label = None if self._driver is None else self._driver.label
-        return (
-            None if label is None or label not in self._transitions.labels else (label, self._transitions[label].about)
-        )
+        driver, found = self._driver, self._transitions
+        label = None if driver is None else driver.label
+        return (label, found[label].about) if label is not None and label in found.labels else None
 
     def pause(self) -> None:
         """Let nothing be executed until `resume`; the state under way is cancelled, and its answer does not count."""

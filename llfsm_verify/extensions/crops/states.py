@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Collection, Mapping
 from typing import Protocol
 
@@ -22,7 +23,10 @@ class State:
     """Seconds after which an execution gives the outcome ``timed out``; None: never."""
 
     def execute(self, data: Data) -> str:
-        """One execution, which should be short; the outcome. An exception is the outcome ``failed``."""
+        """One execution, which should be short; the outcome. An exception is the outcome ``failed``.
+
+        One that starts what moves looks at `data.left` afterwards: `cancel` may have been called before.
+        """
         raise NotImplementedError(f"{type(self).__name__} has no `execute`")
 
     def cancel(self) -> None:
@@ -49,9 +53,10 @@ class ActionClient(Protocol):
 
 
 CLIENT_STATES: Mapping[int, str] = {
-    0: "PENDING", 1: "ACTIVE", 2: "PREEMPTED", 3: "SUCCEEDED", 4: "ABORTED", 5: "REJECTED", 8: "RECALLED", 9: "LOST",
+    0: "PENDING", 1: "ACTIVE", 2: "PREEMPTED", 3: "SUCCEEDED", 4: "ABORTED", 5: "REJECTED", 6: "ACTIVE", 7: "PENDING",
+    8: "RECALLED", 9: "LOST",
 }  # fmt: skip
-"""Those of the thesis, and ABORTED, by the numbers of actionlib_msgs/GoalStatus."""
+"""Those of the thesis, and ABORTED, by the numbers of actionlib_msgs/GoalStatus (6 and 7: it is asked to cancel)."""
 UNDER_WAY = ("PENDING", "ACTIVE")
 
 
@@ -71,7 +76,7 @@ class SimpleActionState(State):
         self.action, self.client, self.ends, self.otherwise = action, client, dict(ends), otherwise
         self.outcomes = tuple(dict.fromkeys((*ends.values(), otherwise)))
         self._sent = False
-        self._told: object = None
+        self._news: deque[object] = deque(maxlen=1)
 
     def goal(self, data: Data) -> object:
         """The goal to send, when the state is executed for the first time, or again after an end or a pause."""
@@ -86,18 +91,24 @@ class SimpleActionState(State):
     def execute(self, data: Data) -> str:
         """See `State`."""
         if not self._sent:
-            self.client.send_goal(self.goal(data), feedback_cb=self._feedback)
+            goal, news = self.goal(data), deque[object](maxlen=1)
+            self._news = news  # what comes of a goal before goes nowhere
+            self.client.send_goal(goal, feedback_cb=news.append)
             self._sent = True
+            if data.left:  # meanwhile, and `cancel` may have come before there was a goal
+                self.cancel()
+                return self.otherwise
         state = self.client.get_state()
-        name = state if isinstance(state, str) else CLIENT_STATES.get(state, "")
-        told, self._told = self._told, None
-        if told is not None:
-            self.feedback(told, data)
+        name = state if isinstance(state, str) else CLIENT_STATES.get(state, str(state))
+        if self._news:
+            self.feedback(self._news.popleft(), data)
         if name in UNDER_WAY:
             return self.otherwise
+        if name not in CLIENT_STATES.values():
+            raise RuntimeError(f"the client of {self.action} is in the state {name}, which no client of an action has")
         self._sent = False
         if name not in self.ends:
-            raise RuntimeError(f"the goal of {self.action} has ended as {name or state}, which `ends` does not have")
+            raise RuntimeError(f"the goal of {self.action} has ended as {name}, which `ends` does not have")
         self.done(self.client.get_result(), data)
         return self.ends[name]
 
@@ -106,7 +117,3 @@ class SimpleActionState(State):
         if self._sent:
             self._sent = False
             self.client.cancel_goal()
-
-    def _feedback(self, feedback: object) -> None:
-        """On a thread of the client."""
-        self._told = feedback

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import csv
+import enum
 import io
 import itertools
 import os
 import random
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -103,7 +106,7 @@ def counted(recording: Path, sm: StateMachine, text: str) -> list[tuple[str, str
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5))
-def test_a_random_machine_does_what_its_file_means(seed: int, tmp_path: Path) -> None:
+def test_a_random_machine_does_what_its_file_means(seed: int, tmp_path: Path, caplog) -> None:
     text, recording = random_file(seed), tmp_path / "run.rec"
     log: list[tuple[str, str]] = []
 
@@ -112,11 +115,13 @@ def test_a_random_machine_does_what_its_file_means(seed: int, tmp_path: Path) ->
 
     meant = reference(text, {label: state.draw for label, state in states().items()})
     sm = machine(tmp_path, states(), text, ("Exit", "Out of order"))
+    caplog.set_level("ERROR", "llfsm_verify.crops")
     end = sm.execute(rate=RATE, record=recording, properties=[f"end: G !sm@{sm._transitions.states[meant[0]]}"])
     assert (end, log) == meant
     assert counted(recording, sm, text) == log
     assert sm.report is not None and sm.report.ending == "ended"
     assert sm.report.monitored[0][1] == "violated"
+    assert caplog.messages.count("the property `end` is violated") == 1
     assert llfsm("replay", str(recording)).returncode == 0
     assert llfsm("check-recording", str(recording), "-p", "G !sm@Paused").returncode in (0, 4)
 
@@ -409,3 +414,224 @@ def test_it_is_executed_once_at_a_time_and_commanded_only_then(tmp_path: Path) -
     for wrong in ("Exit", ()):
         with pytest.raises(ValueError, match="is a list of texts"):
             StateMachine(wrong)
+
+
+class Rogue(State):
+    """Gives what is none of its outcomes, and the last time one that is."""
+
+    def __init__(self, *given: object) -> None:
+        self.given, self.outcomes = list(given), {"early", "late"}
+
+    def execute(self, data: Data) -> str:
+        self.outcomes.add("later")  # not any more
+        return self.given.pop(0) if self.given else Outcome.LATE  # type: ignore[return-value]
+
+
+class Outcome(str, enum.Enum):  # noqa: UP042 - its `str` is not its text
+    LATE = "late"
+
+
+class Unshowable:
+    def __repr__(self) -> str:
+        raise ZeroDivisionError
+
+
+def test_what_is_none_of_its_outcomes_is_a_failure_of_the_state(tmp_path: Path, caplog) -> None:
+    rogue = Rogue(None, ["late"], {}, "lade", b"late", 7, "later", Unshowable())
+    text = GATE.replace("late: Right", "late: Right, failed: Gate, later: Wrong")
+    sm = machine(tmp_path, {"Gate": rogue}, text, ("Right", "Wrong"))
+    assert sm.execute(rate=RATE) == "Right"
+    assert not rogue.given
+    said = [message for message in caplog.messages if "the state `Gate` has" in message]
+    assert "the state `Gate` has returned None, which is not in its `outcomes`" in said
+    assert "the state `Gate` has returned 'lade', which is not in its `outcomes`: did you mean `late`?" in said
+    assert said[-1] == "the state `Gate` has raised ZeroDivisionError"
+    assert len(said) == 8
+
+
+class Hanging(State):
+    """Hangs in each execution, until all are let go."""
+
+    outcomes = ("early", "late")
+
+    def __init__(self) -> None:
+        self.executed, self.go = 0, threading.Event()
+
+    def execute(self, data: Data) -> str:
+        self.executed += 1
+        self.go.wait()
+        return "early"
+
+
+def test_a_state_that_hangs_again_and_again_keeps_one_thread(tmp_path: Path, caplog) -> None:
+    def threads() -> int:
+        return sum(thread.name == "crops-states" for thread in threading.enumerate())
+
+    hanging, before = Hanging(), threads()
+    text = GATE.replace("late: Right", "late: Right, timed out: Other")
+    text += text.replace("label: Gate", "label: Other").replace("timed out: Other", "timed out: Gate")
+    sm = machine(tmp_path, {}, text, ("Right", "Wrong"))
+    for label in ("Gate", "Other"):
+        sm.add(label, hanging, deadline=0.01)
+    why = "could not begin for 0.01 s: `cancel` of a state, or an execution before it, has not returned"
+    with Executed(sm, rate=RATE, record=tmp_path / "run.rec") as done:
+        wait_for(lambda: hanging.executed == 1)
+        wait_for(lambda: {f"the state `{label}` {why}" for label in ("Gate", "Other")} <= set(caplog.messages))
+        wait_for(lambda: threads() <= before + 2)
+        sm.change_state("Right")
+    assert (done.outcome, hanging.executed) == ("Right", 1)
+    assert len(counted(tmp_path / "run.rec", sm, text)) >= 2
+    wait_for(lambda: threads() <= before + 1)
+    hanging.go.set()
+    wait_for(lambda: threads() <= before)
+
+
+def test_python_ends_though_a_state_hangs(tmp_path: Path) -> None:
+    (tmp_path / "transfile.yaml").write_text(GATE, encoding="utf-8")
+    program = (
+        "import time\nfrom llfsm_verify.extensions.crops import State, StateMachine\n"
+        "class Gate(State):\n    outcomes = ('early', 'late')\n    deadline = 0.05\n"
+        "    def execute(self, data):\n        time.sleep(10**6)\n"
+        "sm = StateMachine(['Right', 'Wrong'])\nsm.add_transition_file('transfile.yaml')\nsm.add('Gate', Gate())\n"
+        "print(sm.execute())\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert (done.returncode, done.stdout) == (0, "timed out\n")
+    assert "the state `Gate` took longer than 0.05 s" in done.stderr
+
+
+class Inside(State):
+    """Calls what it is given from inside."""
+
+    outcomes = ("early", "late")
+
+    def __init__(self, *calls: Callable[[], object]) -> None:
+        self.calls = list(calls)
+        self.raised: list[str] = []
+
+    def execute(self, data: Data) -> str:
+        if not self.calls:
+            return "late"
+        try:
+            self.calls.pop(0)()
+        except Exception as error:  # noqa: BLE001 - which one is compared
+            self.raised.append(type(error).__name__)
+        return "early"
+
+    def cancel(self) -> None:
+        try:
+            self.sm.resume()
+        except RuntimeError as error:
+            self.raised.append(str(error))
+
+
+def test_states_may_command_their_machine_from_inside(tmp_path: Path) -> None:
+    """What they return then does not count; a machine that is executed cannot be again."""
+    sm = machine(tmp_path, {}, GATE.replace("early: Wrong", "early: Gate"), ("Right", "Wrong"))
+    inside = Inside(
+        sm.execute, sm.pause, lambda: sm.change_state("Gate"), lambda: sm.change_state("Gaol"), lambda: 1 // 0,
+    )  # fmt: skip
+    inside.sm = sm  # type: ignore[attr-defined]
+    sm.add("Gate", inside)
+    with Executed(sm, rate=RATE) as done:
+        wait_for(lambda: not inside.calls)
+    assert done.outcome == "Right"
+    assert inside.raised == ["RuntimeError", "ValueError", "ZeroDivisionError"]
+
+
+def test_a_command_to_a_machine_that_ends_is_refused_at_once(tmp_path: Path) -> None:
+    gate, inside = Gate("early", "late"), Inside()
+    sm = machine(tmp_path, {"Gate": gate}, GATE, ("Right", "Wrong"))
+    inside.sm = gate.sm = sm  # type: ignore[attr-defined]
+    gate.cancel = inside.cancel  # type: ignore[method-assign]
+    with Executed(sm, rate=RATE) as done:
+        assert gate.inside.wait(60)
+        driver = sm._driver
+        assert driver is not None
+        sm.change_state("Right")
+        gate.go.set()
+    assert done.outcome == "Right"
+    late = driver.command("suspend")
+    assert late.done.is_set()
+    assert str(late.failed) == "the state machine has ended"
+
+
+def test_of_two_threads_that_execute_it_one_is_refused(tmp_path: Path) -> None:
+    """Also where the other has not begun yet: here it is in `check`."""
+    gate = Gate("early", "late")
+    sm = machine(tmp_path, {"Gate": gate}, GATE, ("Right", "Wrong"))
+    checked, refused = sm.check, list[str]()
+
+    def check(initial: str | None = None) -> tuple[str, ...]:
+        sm.check = checked  # type: ignore[method-assign]
+        try:
+            sm.execute()
+        except RuntimeError as error:
+            refused.append(str(error))
+        return checked(initial)
+
+    sm.check = check  # type: ignore[method-assign]
+    gate.go.set()
+    assert sm.execute(rate=RATE) == "Wrong"
+    assert refused == ["the state machine is executed already"]
+    assert sm.execute(rate=RATE) == "Right"
+
+
+def test_deadlines_are_those_of_labels_and_positive(tmp_path: Path) -> None:
+    gate = Gate("early", "late")
+    sm = machine(tmp_path, {}, GATE + GATE.replace("label: Gate", "label: Other"))
+    sm.add("Gate", gate, deadline=1)
+    sm.add("Other", gate, deadline=2)
+    assert (sm._deadlines, gate.deadline) == ({"Gate": 1, "Other": 2}, 5.0)
+    for wrong in (0, -1, float("nan"), True, "5"):
+        with pytest.raises(ValueError, match="positive number of seconds"):
+            sm.add("Third", gate, deadline=wrong)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="not int and Gate"):
+        sm.add(3, gate)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="not str and NoneType"):
+        sm.add("Third", None)  # type: ignore[arg-type]
+
+
+def test_a_goal_that_is_sent_while_the_state_is_left_is_cancelled() -> None:
+    """`cancel` came before there was a goal to cancel: it would be pursued in the pause."""
+    client, data = Client("ACTIVE"), Data({"fruit_loc": 1})
+    move = MoveToFruit("/arm", client, ends=ENDS, otherwise="Moving to fruit")
+    send, execution = client.send_goal, data._for()
+
+    def slow(goal: object, *, feedback_cb=None) -> None:
+        execution._leave("paused")
+        move.cancel()
+        send(goal, feedback_cb=feedback_cb)
+
+    client.send_goal = slow  # type: ignore[method-assign]
+    move.execute(execution)
+    assert (client.goals, client.cancelled, client.looks) == ([1], 1, 0)
+    client.send_goal = send  # type: ignore[method-assign]
+    assert move.execute(data) == "Moving to fruit"
+    assert (client.goals, client.cancelled) == ([1, 1], 1)
+
+
+def test_feedback_is_that_of_the_goal_under_way() -> None:
+    client, data = Client("ACTIVE", 6, "SUCCEEDED", 42), Data({"fruit_loc": 1})
+    move = MoveToFruit("/arm", client, ends=ENDS, otherwise="Moving to fruit")
+    assert move.execute(data) == "Moving to fruit"
+    assert data["distance"] == 4
+    old = client.feedback
+    move.cancel()
+    send = client.send_goal
+
+    def late(goal: object, *, feedback_cb=None) -> None:
+        old(-1)
+        send(goal, feedback_cb=feedback_cb)
+        old(-2)
+
+    client.send_goal, client.get_state = late, lambda: 7  # type: ignore[method-assign]
+    assert move.execute(data) == "Moving to fruit"
+    assert data["distance"] == 4, "it is of the goal before"
+    client.get_state = lambda: 42  # type: ignore[method-assign]
+    with pytest.raises(RuntimeError, match="is in the state 42, which no client"):
+        move.execute(data)
+    move.cancel()
+    assert client.cancelled == 2, "nobody knows whether it has ended"
