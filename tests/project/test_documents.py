@@ -24,6 +24,8 @@ LONG = (
     "models/batman/README.md",
 )  # fmt: skip
 """Pages whose commands take many seconds together."""
+BESIDE_ROS = "docs/robots.md"
+"""Its commands need a master of ROS: `tests/extensions/ros/test_robots_page.py` runs them."""
 PAGES = sorted(str(page) for page in (*Path().glob("*.md"), *Path("docs").rglob("*.md"), *Path("models").rglob("*.md")))
 NOTES = sorted(str(page) for page in (*Path("llfsm_verify").rglob("*.md"), *Path("tests").rglob("*.md")))
 """Those beside the source and the tests."""
@@ -88,7 +90,7 @@ def test_the_tutorial_has_ten_steps_and_each_runs():
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "page",
-    [pytest.param(p, marks=pytest.mark.long) if p in LONG else p for p in PAGES if transcripts(p)],
+    [pytest.param(p, marks=pytest.mark.long) if p in LONG else p for p in PAGES if transcripts(p) and p != BESIDE_ROS],
 )
 def test_what_a_page_shows_is_what_happens(page, tmp_path, forked):
     """All commands of a page in order, in a folder that holds the models, the properties and the files of the page."""
