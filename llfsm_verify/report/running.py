@@ -80,7 +80,8 @@ def port_lines(counts: Mapping[str, Counts]) -> Iterator[str]:
             (of.sent, counted(of.sent, "message") + " out"), (of.unsent, f"{of.unsent:,} not sent"),
         )  # fmt: skip
         told = [text for number, text in parts if number]
-        yield f"port {name}: {', '.join(told) or 'nothing came and nothing was sent'}"
+        silent = "; no message came for " + ", ".join(f"`{name}`" for name in sorted(of.silent)) if of.silent else ""
+        yield f"port {name}: {', '.join(told) or 'nothing came and nothing was sent'}{silent}"
 
 
 def duration(nanoseconds: int) -> str:

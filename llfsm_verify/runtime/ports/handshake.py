@@ -71,7 +71,7 @@ class Handshake:
         kind, problem = self.request.kind, None
         if not end:
             if kind == "service" or state not in UNDER_WAY["action"] or (state, self._last) == ("PENDING", "ACTIVE"):
-                return f"`{state[:40]}` is not a state that request `{self.request.name}` can have now"
+                return f"a state that request `{self.request.name}` cannot have now: `{state[:40]}`"
             if state != self._last:
                 self._next.append((state, values))
                 self._last = state
@@ -86,7 +86,7 @@ class Handshake:
             if state == "DONE" and kind == "action":
                 state = "SUCCEEDED"
             if state not in ends:
-                problem = f"`{state[:40]}` is not an end that request `{self.request.name}` can have" if state else None
+                problem = f"an end that request `{self.request.name}` cannot have: `{state[:40]}`" if state else None
                 state, values = FAILURES[kind], {}
             self._close(state, values)
         self._move(now)

@@ -68,6 +68,9 @@ class Link(Protocol):
     def report(self, number: int, state: str, values: Mapping[str, Json], *, end: bool) -> None:
         """The request of this number is in this state now, and `values` are its feedback, or at the end its answer."""
 
+    def fail_requests(self, why: str) -> None:
+        """All requests under way have failed."""
+
     def say(self, what: str) -> None:
         """Show it to the user, once for each text."""
 

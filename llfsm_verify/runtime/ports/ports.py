@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import select
 import time
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import partial
 from math import ceil
@@ -16,15 +15,15 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from llfsm_verify.arrangement.requests import Request
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, without_controls
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.live.frame import CYCLE, NUMBER
 from llfsm_verify.runtime.live.pace import Pace
 from llfsm_verify.runtime.live.slots import Slot
 from llfsm_verify.runtime.ports import UNOPENED
-from llfsm_verify.runtime.ports.handshake import Handshake
+from llfsm_verify.runtime.ports.handshake import FAILURES, Handshake
 from llfsm_verify.runtime.ports.line_port import inner
-from llfsm_verify.runtime.ports.port import AskingPort, Port, PortSpec, Unopened
+from llfsm_verify.runtime.ports.port import AskingPort, Link, Port, PortSpec, Unopened
 from llfsm_verify.runtime.whiteboard.posts import Posts, Refused
 from llfsm_verify.values import Shown, ValueProblem, choice_value, number_of, shown, text
 
@@ -45,6 +44,8 @@ class Counts:
     """Messages."""
     unsent: int = 0
     """Messages that were never sent, because newer ones took their places or the other side was gone."""
+    silent: set[str] = field(default_factory=set)
+    """Inputs of which no message has come."""
 
 
 class RunLink:
@@ -78,9 +79,12 @@ class RunLink:
         self._parameters: dict[str, int] = {}
         self._first_cycle: tuple[int, Mapping[str, Json]] | None = None
         self._say, self._clock = say, clock
+        self.paced = False
+        """Whether a port begins the cycles, so that time-outs of inputs also count logical time."""
         self._ended = clock()
         """When the last cycle has ended that this port began."""
         self._heard = dict.fromkeys((name for name in spec.inputs if name not in spec.never), self._ended)
+        self.counts.silent.update(self._heard)
         self._failed: set[str] = set()
         self._said: set[str] = set()
         self._pulses: deque[tuple[str, Json]] = deque()
@@ -93,6 +97,15 @@ class RunLink:
         self._sends: dict[str, Shown] = {}
         """The fields of a request, if it is sent now."""
         self._unanswered: dict[int, Handshake] = {}
+
+    @property
+    def _logical(self) -> float:
+        """Seconds of logical time, which requests are given: as their plants count it."""
+        return self.latest * self._cycle_ms / 1000
+
+    def _time(self) -> float:
+        """Seconds, as inputs count them."""
+        return self._logical if self.paced else self._clock()
 
     def hello(self, told: Mapping[str, Json]) -> dict[str, Json]:
         """See `Link`."""
@@ -153,7 +166,7 @@ class RunLink:
     def begin(self) -> None:
         """The run begins now: nothing could be heard before."""
         self._ended = self._clock()
-        self._heard = dict.fromkeys(self._heard, self._ended)
+        self._heard = dict.fromkeys(self._heard, self._time())
         for handshake in self.handshakes:
             handshake.begin()
 
@@ -162,10 +175,11 @@ class RunLink:
         pace = self.pace
         if not self.spec.paces:
             self.malformed("a message begins a cycle, and the port has no `clock: external`")
-        elif (self._posts is None or pace is None) and number == 0:
+        elif (self._posts is None or pace is None) and number == 0 and self._first_cycle is None:
             self._first_cycle = number, values
         elif self._posts is None or pace is None:
-            self._misplaced(f"cycle {number:,} cannot begin where cycle 0 is the next one")
+            why = "where cycle 0 is the next one" if number else "twice"
+            self._misplaced(f"cycle {number:,} cannot begin {why}")
         elif pace.under_way:
             self._misplaced(f"cycle {number:,} cannot begin before the frame of cycle {pace.next - 1:,} was sent")
         elif number != pace.next:
@@ -173,6 +187,7 @@ class RunLink:
         elif not pace.over:
             if values:
                 self.take(values)
+            self._posts.forward()  # the next event, if one waits
             pace.begin()
 
     def _misplaced(self, why: str) -> None:
@@ -213,7 +228,8 @@ class RunLink:
         if good:
             self._posts.post({name: value for name, value in good.items() if name not in self.spec.events})
             self.counts.taken += 1
-            self._heard |= dict.fromkeys(good, self._clock())
+            self._heard |= dict.fromkeys(good, self._time())
+            self.counts.silent -= good.keys()
             self._failed -= good.keys()
         for name in good.keys() & self.spec.events.keys():
             self._pulse(name, good[name])
@@ -234,33 +250,35 @@ class RunLink:
 
     def _fitting(self, given: Mapping[str, Json]) -> dict[str, Json]:
         """Those values that fit their inputs, as they are called here."""
-        assert self._posts is not None
         good: dict[str, Json] = {}
         for name, value in given.items():
-            for said in (self.spec.values.get(_text(value), value), value):
-                try:
-                    self._posts.number(name, said)
-                except Refused as refused:
-                    problem = refused
-                else:
-                    good[name] = said
-                    break
-            else:
+            try:
+                good[name] = self._fit(name, value)
+            except Refused as refused:
                 self.counts.refused += 1
-                self._once("refused", f"a value is refused: {problem}")
+                self._once("refused", f"a value is refused: {refused}")
         return good
+
+    def _fit(self, name: str, value: Json) -> Json:
+        """A value of an input, as it is called here. Refused."""
+        assert self._posts is not None
+        ours = self.spec.values.get(_text(value), value)
+        with suppress(Refused):
+            self._posts.number(name, ours)
+            return ours
+        self._posts.number(name, value)
+        return value
 
     # ------------------------------------------------------------ requests
 
     def see(self, frame: Sequence[int]) -> None:
         """A frame has come, the newest."""
-        now = float(frame[CYCLE])
         for handshake in self.handshakes:
+            handshake.look(self._logical)
             request = handshake.request
             shown = self._slots[request.state].value(frame) == self.called(request, handshake.state)
             self._sends = {field: self.theirs(self._slots[name].value(frame)) for name, field in request.sends.items()}
-            handshake.see(bool(self._slots[request.ask].value(frame)), shown=shown, now=now)
-            handshake.look(now)
+            handshake.see(bool(self._slots[request.ask].value(frame)), shown=shown, now=self._logical)
 
     def theirs(self, value: Shown) -> Shown:
         """A value as the other side calls it."""
@@ -290,24 +308,48 @@ class RunLink:
 
     def cancel(self, number: int) -> None:
         """See `Asked`."""
-        if isinstance(self.port, AskingPort):
+        if isinstance(self.port, AskingPort) and number in self._unanswered:
             self.port.cancel(number)
 
     def report(self, number: int, state: str, values: Mapping[str, Json], *, end: bool) -> None:
         """See `Link`. What comes late is thrown away."""
         handshake = self._unanswered.get(number)
         if handshake is None:
-            self.malformed(f"an answer has the number {number}, for which nothing waits")
+            self.malformed(f"an answer has a number for which nothing waits: {number}")
             return
         if end:
             del self._unanswered[number]
         if handshake.number == number:
-            asked = _picked(handshake.request.answers, values) if state in ANSWERED and end else {}
-            if len(self._fitting(asked)) < len(asked):
-                state, values = "", {}
-            problem = handshake.report(state, values, self.latest, end=end)
+            problem = self._unfit(handshake.request, state, values) if end else None
+            if problem is not None:
+                self.counts.refused += 1
+                self._once(f"unfit {handshake.request.name}", problem)
+                state, values = "" if state in COMPLETE else state, {}
+            problem = handshake.report(state, values, self._logical, end=end)
             if problem is not None:
                 self.malformed(problem)
+
+    def _unfit(self, request: Request, state: str, values: Mapping[str, Json]) -> str | None:
+        """Why an answer is none: a value does not fit its input, or is missing where the request is done."""
+        given, why = _picked(request.answers, values), ""
+        lacking = [field for name, field in request.answers.items() if name not in given]
+        if lacking and state in COMPLETE:
+            why = f"it has no `{lacking[0]}`"
+        for name, value in given.items():
+            try:
+                self._fit(name, value)
+            except Refused as refused:
+                why = str(refused)
+        instead = f", so it is {FAILURES[request.kind]}" if state in COMPLETE else ""
+        return f"an answer does not fit the request `{request.name}`{instead}: {why}" if why else None
+
+    def fail_requests(self, why: str) -> None:
+        """See `Link`."""
+        for number, handshake in list(self._unanswered.items()):
+            if handshake.number == number:
+                request = handshake.request
+                self._once(f"failed {request.name}", f"{why}: the request `{request.name}` {FAILURES[request.kind]}")
+            self.report(number, "", {}, end=True)
 
     # ------------------------------------------------------------ what goes wrong
 
@@ -319,7 +361,7 @@ class RunLink:
     def malformed(self, why: str) -> None:
         """See `Link`."""
         self.counts.malformed += 1
-        self._once(f"malformed {why}", why)
+        self._once(f"malformed {why.partition(':')[0]}", why)
 
     def lost(self, why: str, *, forever: bool = False, fields: Collection[str] | None = None) -> None:
         """See `Link`."""
@@ -344,7 +386,8 @@ class RunLink:
             self._once("waits", f"the run waits for cycle {self.pace.next:,}, which the port begins")
         limit = self.spec.timeout
         if limit is not None:
-            late = [n for n, heard in self._heard.items() if n not in self._failed and now - heard >= limit]
+            at = self._time()
+            late = [n for n, heard in self._heard.items() if n not in self._failed and at - heard >= limit]
             self._fail(late, f"no message for {limit:g} s")
         if self._pulses and self._posts is not None:
             self._posts.forward()
@@ -352,7 +395,7 @@ class RunLink:
     @property
     def due(self) -> float | None:
         """When `look` has to be called next, if nothing comes."""
-        limit = self.spec.timeout
+        limit = None if self.paced else self.spec.timeout
         waiting = [] if limit is None else [at + limit for name, at in self._heard.items() if name not in self._failed]
         return min(waiting, default=None)
 
@@ -373,7 +416,7 @@ class RunLink:
             self._posts.post({name: self.spec.safe[name] for name in names})
             self._once("safe", f"{told} {'gets its safe value' if len(names) == 1 else 'get their safe values'}")
         elif self.spec.on_failure == "stop":
-            self.stop = self.stop or f"port {self.name}: {told} failed"
+            self.stop = self.stop or f"port {self.name}: {_harmless(told)} failed"
         else:
             self._once("stale", f"{told} {'keeps its last value' if len(names) == 1 else 'keep their last values'}")
 
@@ -381,7 +424,12 @@ class RunLink:
         """Say it the first time; the counts have the others."""
         if kind not in self._said:
             self._said.add(kind)
-            self._say(f"port {self.name}: {what}")
+            self._say(f"port {self.name}: {_harmless(what)}")
+
+
+def _harmless(what: str) -> str:
+    """A text with words of the other side, which may be anything."""
+    return without_controls(what.encode(errors="replace").decode())[:MOST_TOLD]
 
 
 WAITING = 5.0
@@ -419,22 +467,22 @@ def _in_cycles(request: Request, cycle_ms: float) -> Request:
 def _picked(fields: Mapping[str, str], values: Mapping[str, Json]) -> dict[str, Json]:
     """By name what a message has in the field of it: under the field itself, or where its dots lead."""
     found = {}
-    for name, field in fields.items():
-        part: Json = values.get(field)
-        if field not in values and inner(field):
+    for name, path in fields.items():
+        part: Json = values.get(path)
+        if path not in values and inner(path):
             part = dict(values)
-            for step in field.split("."):
+            for step in path.split("."):
                 if isinstance(part, list):
                     part = part[int(step)] if step.isdecimal() and int(step) < len(part) else None
                 else:
                     part = part.get(step) if isinstance(part, dict) else None
-        if part is not None or field in values:
+        if part is not None or path in values:
             found[name] = part
     return found
 
 
 def _text(value: Json | Shown) -> str:
-    return text(value) if isinstance(value, bool | int | str | Decimal) else json.dumps(value)
+    return text(value) if isinstance(value, bool | int | str | Decimal) else f"({type(value).__name__})"
 
 
 def _type(slot: Slot) -> Json:
@@ -443,14 +491,14 @@ def _type(slot: Slot) -> Json:
     }  # fmt: skip
 
 
-ANSWERED = ("DONE", "SUCCEEDED")
-"""Ends that come with an answer, which has to fit."""
+COMPLETE = ("DONE", "SUCCEEDED")
+"""Ends that come with all answers."""
 MOST_UNANSWERED = 1000
 """Requests of a port whose answers, which are not wanted any more, may still come."""
 MOST_EARLY = 1000
 """Messages with events that wait for the first cycle."""
-MOST_SAID = 100
-"""Different texts that the other side may say."""
+MOST_SAID, MOST_TOLD = 100, 1000
+"""Different texts that the other side may say, and characters of one."""
 FINISHING, LEAVING = 1.0, 2.0
 """Seconds in which the last messages must be sent, and programs must have ended."""
 SHORTEST, LONGEST = 0.001, 0.02
@@ -540,7 +588,7 @@ class Ports:
                     self._open.append((link, link.port))
                 if spec.events:
                     _one_cycle(spec, posts)
-                link.pace = pace if spec.paces else None
+                link.pace, link.paced = pace if spec.paces else None, pace is not None
                 link.follow(posts, self._slots)
         except BaseException:
             self.close()
@@ -625,13 +673,13 @@ class Ports:
         try:
             return act()
         except Exception as error:  # noqa: BLE001 - see above
-            self._open = [pair for pair in self._open if pair[1] is not port]
             with suppress(Exception):
                 port.close()
-            link.lost(f"the port has failed: {type(error).__name__}: {error}", forever=True)
-            if link.handshakes and not isinstance(port, _Closed):
-                link.close()
-                self._open += [(link, one) for one in (link.port,) if one is not None]
+            why = f"the port has failed: {type(error).__name__}: {error}"
+            link.port = closed = _Closed(link, why)
+            self._open = [(of, closed if one is port else one) for of, one in self._open]
+            link.lost(why, forever=True)
+            link.fail_requests(why)
             return None
 
     def _look(self, *, last: bool = False) -> None:
@@ -722,6 +770,32 @@ class Ports:
         self._open = []
         self._inner.close()
         self._outer.close()
+
+
+class _Closed(AskingPort):
+    """In the place of a port that has failed: nothing comes, and no request is answered."""
+
+    every_frame = False
+
+    def __init__(self, link: Link, why: str) -> None:
+        self._link, self._why = link, why
+
+    def send(self, values: Mapping[str, Shown]) -> None:  # noqa: ARG002 - nobody hears it
+        """See `Port`."""
+        self._link.unsent("it has failed")
+
+    def ask(self, number: int, name: str, values: Mapping[str, Shown]) -> None:  # noqa: ARG002 - nobody hears it
+        """See `AskingPort`."""
+        self._link.fail_requests(self._why)
+
+    def cancel(self, number: int) -> None:
+        """See `AskingPort`."""
+
+    def safe(self, values: Mapping[str, Shown]) -> None:
+        """See `AskingPort`."""
+
+    def end(self, ending: str) -> None:
+        """See `AskingPort`."""
 
 
 def _waits(port: Port) -> list[tuple[int, int]]:

@@ -61,6 +61,9 @@ class _Heard:
     def report(self, number: int, state: str, values: Mapping[str, Json], *, end: bool) -> None:  # noqa: ARG002 - as a link has it
         demand(number > 0, "what is reported has no number")
 
+    def fail_requests(self, why: str) -> None:
+        demand(why, "why requests have failed is not said")
+
     def say(self, what: str) -> None:
         demand(what, "nothing is said")
 

@@ -9,11 +9,13 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from pathlib import Path
 from random import Random
+from types import MappingProxyType
 
 import pytest
 
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.launch import serve
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.frame import CYCLE, ENDING, ENDINGS, PROCESS
@@ -102,6 +104,8 @@ def paced(
     how: str = "separate",
     arrangement: Arrangement | None = None,
     when: str | None = None,
+    timeout: float | None = None,
+    events: Mapping[str, str] = MappingProxyType({}),
 ) -> Iterator[Paced]:
     arrangement = arrangement or several()
     code = LiveCode(lower(arrangement, keep_all_bits=True), safe=safe_values(arrangement))
@@ -120,11 +124,12 @@ def paced(
             worlds.append(World(link, rounds if last < 0 else last, lambda: of.then()))  # noqa: PLW0108 - it changes
             return worlds[0]
 
-        spec = PortSpec("world", start, {"x": "x"}, OUTPUTS, paces=True, when=when)
+        spec = PortSpec("world", start, {"x": "x"}, OUTPUTS, timeout=timeout, paces=True, when=when, events=events)
         with made as run:
             ports = Ports(
-                [spec], shared.posts, shared.segment.newest, slots_of(code), stop=run.stop, say=said.append, pace=pace
-            )
+                [spec], shared.posts, shared.segment.newest, slots_of(code), stop=run.stop, say=said.append, pace=pace,
+                cycle_ms=10,
+            )  # fmt: skip
             of = Paced(run, shared, ports, said)
             of.worlds = worlds
             with closing(ports):
@@ -218,3 +223,34 @@ def test_cycles_that_are_not_the_next_one_are_passed_over() -> None:
         assert made.said == ["port world: cycle 7 cannot begin where cycle 2 is the next one"]
         assert [values["x"] for values in made.world.seen] == made.world.given
         assert made.run.loop.control[control.OVERRUNS] == 0
+
+
+def test_time_outs_count_the_cycles_of_the_world() -> None:
+    """However long the world takes: 100 ms are ten cycles, and an input that comes in every cycle never fails."""
+    for every, failures in ((1, 0), (9, 0), (12, 3)):
+        with paced(rounds=40, timeout=0.1) as made:
+            begin = made.world.link.cycle
+
+            def cycle(number: int, values: Mapping[str, Json]) -> None:
+                begin(number, {} if number % every else values)  # noqa: B023 - it is called in this round
+
+            made.world.link.cycle = cycle  # type: ignore[method-assign]
+            assert made.go() == "stopped" and made.ports.counts["world"].failures == failures
+            assert made.said == (["port world: no message for 0.1 s: `x` keeps its last value"] if failures else [])
+
+
+def test_events_that_wait_are_of_the_next_cycle_each() -> None:
+    """Not of one that depends on when the port is served."""
+    one = build_arrangement({**DOCUMENT, "processes": {"p": ["a", "b", "c"]}})
+    with paced(rounds=30, arrangement=one, events={"x": "false"}) as made:
+        begin, said = made.world.link.cycle, [3, 4, 5, 6, 20]
+
+        def cycle(number: int, values: Mapping[str, Json]) -> None:
+            if number in (3, 20):
+                for _ in range(4 if number == 3 else 1):
+                    made.world.link.take({"x": True})
+            begin(number, {})
+
+        made.world.link.cycle = cycle  # type: ignore[method-assign]
+        assert made.go() == "stopped" and made.said == []
+        assert [n for n, values in enumerate(made.world.seen) if values["x"]] == said

@@ -103,7 +103,7 @@ MISBEHAVES = {
     "values that are none": ("say(values=[1]); say(values={'level': 1})", "`values` is not a mapping"),
     "another field": ("say(values={'colour': 1}); say(values={'level': 1})", "none of the fields level"),
     "a second hello": ("say(hello=1); say(values={'level': 1})", "is not a message"),
-    "an answer to nothing": ("say(answer=7); say(values={'level': 1})", "has the number 7, for which nothing waits"),
+    "an answer to nothing": ("say(answer=7); say(values={'level': 1})", "has a number for which nothing waits: 7"),
     "a number that is none": ("say(answer='x'); say(values={'level': 1})", "`answer` is not a whole number"),
     "a truth value as number": ("say(answer=True); say(values={'level': 1})", "`answer` is not a whole number"),
     "a state that is none": ("say(state=3, of=1); say(values={'level': 1})", "`state` is not a text"),
@@ -123,6 +123,32 @@ def test_what_is_wrong_is_counted_and_said_once(name: str, tmp_path: Path) -> No
         made.until(made.has("level", 1))
         made.until(lambda: counts(made, "malformed") == 2)
         assert len(made.said) == 1 and told in made.said[0]
+
+
+@pytest.mark.parametrize("what", ["answer", "state", "of", "values", "colour", "level"])
+def test_no_depth_of_brackets_ends_a_port(what: str, tmp_path: Path) -> None:
+    """Whichever depth is the first that Python cannot read, or write."""
+    field = '{"values": {"level": %s}}' if what == "level" else f'{{"of": 1, "{what}": %s}}'
+    said = f"next(messages)\nfor n in range(700, 1100): print({field!r} % ('[' * n + ']' * n))\n"
+    with run(tmp_path, said + "say(values={'level': 1})\n" + STAY) as made:
+        made.until(made.has("level", 1))
+        assert counts(made, "malformed") + counts(made, "refused") == 400
+        assert len(made.said) <= 3 and not any("the port has failed" in one for one in made.said)
+
+
+def test_what_the_child_says_steers_no_terminal_and_floods_none(tmp_path: Path) -> None:
+    program = """
+next(messages)
+for n in range(500):
+    say(**{f"\\x1b[2J{n}": 1}); say(answer=n); say(state=f"S{n}", of=n); say(say=f"\\ud800\\x1b[31m{n}")
+    say(lost=["level"], why="\\x1b\\n" * 99); say(values={"level": f"\\x9b{n}" * 5000})
+say(values={"level": 1})
+"""
+    with run(tmp_path, program + STAY) as made:
+        made.until(made.has("level", 1))
+        assert len(made.said) <= 104 and counts(made, "malformed") == 1500 and counts(made, "refused") == 500
+        said = "".join(made.said)
+        assert said.isprintable() and said.encode() and max(map(len, made.said)) < 1100
 
 
 def test_a_value_that_is_no_number_spoils_only_its_field(tmp_path: Path) -> None:
@@ -233,6 +259,10 @@ UNOPENED = {
     "  ": ("it says no hello", "good day", STAY),
     "   ": ("it says no hello", '{"values": {"level": 1}}', STAY),
     "    ": ("it has not said hello within 0.2 s", "", STAY),
+    "     ": ("it says no hello: `values` is not a mapping", '{"hello": 1, "values": [1]}', STAY),
+    "      ": ("version True of the protocol", '{"hello": true}', STAY),
+    "       ": ("version ? of the protocol", '{"hello": ' + "[" * 900 + "]" * 900 + "}", STAY),
+    "        ": ("it says no hello: it has `colour`", '{"colour": ' + "[" * 900 + "]" * 900 + "}", STAY),
 }
 
 

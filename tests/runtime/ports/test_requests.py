@@ -16,8 +16,7 @@ from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.live.frame import CYCLE
 from llfsm_verify.runtime.ports.handshake import Handshake
-from llfsm_verify.runtime.ports.port import AskingPort, PortSpec
-from llfsm_verify.values import Shown
+from llfsm_verify.runtime.ports.process.port import ProcessPort
 from tests.cli.running import llfsm
 from tests.runtime.ports.bench import bench, declared
 from tests.runtime.ports.picker import picker, port
@@ -55,11 +54,68 @@ def test_a_service_is_asked_and_answers_once(tmp_path: Path) -> None:
             seen += [made.value("locate_state")] if seen[-1:] != [made.value("locate_state")] else []
         assert seen == [IDLE, "WAITING", "DONE", IDLE] and made.value("fruits") == 4
         made.until(lambda: made.ports.counts["p"].malformed == 1)
-        assert "has the number 1, for which nothing waits" in made.said[0]
+        assert "has a number for which nothing waits: 1" in made.said[0]
         made.end("stopped")
     lines = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
     (request,) = [line for line in lines if "request" in line]
     assert request == {"request": 1, "name": "locate", "values": {"gain": 0}}
+
+
+UNFIT = {
+    "out of range": ('{"count": 10}', "is not a number from 0 to 9"),
+    "a text": ('{"count": "many"}', "is not a number from 0 to 9"),
+    "not a number": ('{"count": NaN}', "is not a number from 0 to 9"),
+    "infinite": ('{"count": 1e400}', "is not a number from 0 to 9"),
+    "long to compute": ('{"count": 1e999999999}', "is not a number from 0 to 9"),
+    "over 64 bits": ('{"count": 18446744073709551616}', "is not a number from 0 to 9"),
+    "nothing": ('{"count": null}', "it has no `list.0.count`"),
+    "a mapping": ('{"count": {}}', "a value is a word, a number"),
+    "missing": ("{}", "it has no `list.0.count`"),
+    "another one is right": ('{"count": 3}, {"count": 11}', "is not a number from 0 to 9"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", UNFIT)
+def test_an_answer_that_does_not_fit_is_a_failure_and_nothing_of_it_counts(name: str, tmp_path: Path) -> None:
+    values, why = UNFIT[name]
+    program = f"""
+for message in messages:
+    if "request" in message:
+        print('{{"answer": %d, "values": {{"list": [{values}]}}}}' % message["request"], flush=True)
+"""
+    keys = (
+        SERVICE.replace("fruits: list.0.count}", "fruits: list.0.count, distance: list.1.count}")
+        if "," in values
+        else SERVICE
+    )
+    hello = json.dumps({"hello": 1, "values": {"wants": 1}})
+    text = port(tmp_path, program, keys, hello=hello).replace("{level: level}", WANTS)
+    with bench(*declared(text, tmp_path, picker()), code=picker()) as made:
+        made.until(made.has("locate_state", "FAILED"))
+        made.turn()
+        assert (made.value("fruits"), made.value("distance"), made.value("locate_state")) == (0, 9, "FAILED")
+        (said,) = made.said
+        assert said.startswith("port p: an answer does not fit the request `locate`, so it is FAILED: ") and why in said
+        assert made.ports.counts["p"].refused == 1
+
+
+def test_a_port_that_is_closed_fails_its_requests_now_and_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As one of another package, which may raise anything."""
+    hello = json.dumps({"hello": 1, "values": {"wants": 1}})
+    text = port(tmp_path, ANSWERS, SERVICE, hello=hello).replace("{level: level}", WANTS)
+    with bench(*declared(text, tmp_path, picker()), code=picker()) as made:
+        made.until(made.has("locate_state", "WAITING"))
+        monkeypatch.setattr(ProcessPort, "serve", lambda *_: 1 / 0)
+        made.until(made.has("locate_state", "FAILED"))
+        why = "port p: the port has failed: ZeroDivisionError: division by zero: "
+        assert made.said == [f"{why}`level`, `wants` keep their last values", f"{why}the request `locate` FAILED"]
+        for wants, state in ((0, IDLE), (1, "FAILED"), (0, IDLE)):
+            made.board.posts.post({"wants": wants})
+            made.until(made.has("locate_state", state))
+        made.end("stopped")
+        assert len(made.said) == 2 or "not written" in made.said[2]
 
 
 def test_an_action_goes_through_its_states_with_feedback(tmp_path: Path) -> None:
@@ -97,10 +153,9 @@ def test_a_service_that_is_late_is_timed_out_and_its_answer_thrown_away(tmp_path
     text = port(tmp_path, program, keys, hello=hello).replace("{level: level}", WANTS)
     with bench(*declared(text, tmp_path, picker()), code=picker()) as made:
         made.until(made.has("locate_state", "WAITING"))
-        asked = made.loop.frame[CYCLE]
-        made.now = 5000.0  # which counts for nothing: it has five cycles of 10 ms since it was asked, a cycle before
+        made.now, cycle = 100.0, made.loop.frame[CYCLE]  # 5 s of logical time are 500 cycles
         made.until(made.has("locate_state", "TIMED_OUT"))
-        assert made.loop.frame[CYCLE] - asked == 5
+        assert 495 <= made.loop.frame[CYCLE] - cycle <= 505
         made.until(made.has("level", 4))
         made.turn()
         assert made.value("fruits") == 0 and made.said == [] and made.value("locate_state") == "TIMED_OUT"

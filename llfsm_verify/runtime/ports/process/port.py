@@ -82,7 +82,6 @@ class ProcessPort(AskingPort):
         """When it has closed the socket; it has mostly ended then, which is heard a moment later."""
         self._since = self._next = 0.0
         self._pause = RESTART
-        self._under_way: set[int] = set()
         self._leaving: float | None = None
         """When it was told the end."""
         self._stopped = False
@@ -178,25 +177,25 @@ class ProcessPort(AskingPort):
             said = decode(line, constants=True)
             if self._greeted:
                 self._take(said)
+                return
+            values = _mapping(said, "values")
         except Malformed as problem:
             if not self._greeted:
                 raise _Failed(f"it says no hello: {problem}") from None
             self._link.malformed(str(problem))
             return
-        if not self._greeted:
-            if "hello" not in said and isinstance(reason := said.get("say"), str):
-                raise _Failed(reason[:400])
-            if said.get("hello") != VERSION:
-                version = said.get("hello")
-                raise _Failed(
-                    f"it says no hello: {json.dumps(said)[:80]}" if version is None
-                    else f"it speaks version {json.dumps(version)[:20]} of the protocol, and this is version {VERSION}"
-                )  # fmt: skip
-            self._greeted = True
-            if self._newest is None and self._link.repeats:
-                self._newest = self._last
-            if "values" in said:
-                self._link.take(_mapping(said, "values"))
+        version = said.get("hello")
+        if version is None:
+            reason = said.get("say")
+            raise _Failed(reason[:400] if isinstance(reason, str) else f"it says no hello: {_keys(said)}")
+        if version != VERSION or version is True:
+            other = str(version)[:20] if isinstance(version, int | str) else "?"
+            raise _Failed(f"it speaks version {other} of the protocol, and this is version {VERSION}")
+        self._greeted = True
+        if self._newest is None and self._link.repeats:
+            self._newest = self._last
+        if values:
+            self._link.take(values)
 
     def _take(self, said: Mapping[str, Json]) -> None:
         """Malformed."""
@@ -209,14 +208,13 @@ class ProcessPort(AskingPort):
             number, state = _number(said, "answer" if end else "of"), said.get("state", "DONE" if end else None)
             if not isinstance(state, str):
                 raise Malformed("`state` is not a text")
-            self._under_way -= {number} if end else set()
             self._link.report(number, state, _mapping(said, "values"), end=end)
         elif isinstance(names := said.get("lost"), list):
             self._link.lost(str(said.get("why", "it says so"))[:200], fields=[str(name) for name in names] or None)
         elif isinstance(text := said.get("say"), str):
             self._link.say(text[:1000])
         else:
-            raise Malformed(f"a line is not a message: {json.dumps(said)[:80]}")
+            raise Malformed(f"a line is not a message: {_keys(said)}")
 
     def _fail(self, why: str) -> None:
         """It has failed with all its inputs, and may be started again."""
@@ -224,9 +222,7 @@ class ProcessPort(AskingPort):
         now = self._clock()
         pause = RESTART if now >= self._since + LONGEST_RESTART else self._pause
         self._next, self._pause = now + pause, min(2 * pause, LONGEST_RESTART)
-        under_way, self._under_way = self._under_way, set()
-        for number in under_way:
-            self._link.report(number, "", {}, end=True)
+        self._link.fail_requests(why)
         if self._newest is not None and not self._of.restart:
             self._link.unsent(why)
             self._newest = None
@@ -250,15 +246,13 @@ class ProcessPort(AskingPort):
     def ask(self, number: int, name: str, values: Mapping[str, Shown]) -> None:
         """See `AskingPort`."""
         if self._child is None or not self._greeted:
-            self._link.report(number, "", {}, end=True)
+            self._link.fail_requests("it does not run")
             return
-        self._under_way.add(number)
         self._tell(_written(f'"request": {number}, "name": {json.dumps(name)}, "values": {shown_json(values)}'))
 
     def cancel(self, number: int) -> None:
         """See `AskingPort`."""
-        if number in self._under_way:
-            self._tell(_written(f'"cancel": {number}'))
+        self._tell(_written(f'"cancel": {number}'))
 
     def safe(self, values: Mapping[str, Shown]) -> None:
         """See `AskingPort`."""
@@ -305,6 +299,11 @@ class ProcessPort(AskingPort):
     def close(self) -> None:
         """See `Port`."""
         self._end()
+
+
+def _keys(said: Mapping[str, Json]) -> str:
+    """What a line has, in words."""
+    return f"it has {', '.join(f'`{key}`' for key in said)[:80] or 'nothing'}"
 
 
 def _why(problem: Exception) -> str:
