@@ -7,7 +7,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from functools import partial
 from math import ceil
@@ -100,7 +100,7 @@ class RunLink:
 
     @property
     def _logical(self) -> float:
-        """Seconds of logical time, which requests are given: as their plants count it."""
+        """Seconds of logical time."""
         return self.latest * self._cycle_ms / 1000
 
     def _time(self) -> float:
@@ -274,11 +274,11 @@ class RunLink:
     def see(self, frame: Sequence[int]) -> None:
         """A frame has come, the newest."""
         for handshake in self.handshakes:
-            handshake.look(self._logical)
+            handshake.look(self.latest)
             request = handshake.request
             shown = self._slots[request.state].value(frame) == self.called(request, handshake.state)
             self._sends = {field: self.theirs(self._slots[name].value(frame)) for name, field in request.sends.items()}
-            handshake.see(bool(self._slots[request.ask].value(frame)), shown=shown, now=self._logical)
+            handshake.see(bool(self._slots[request.ask].value(frame)), shown=shown, now=self.latest)
 
     def theirs(self, value: Shown) -> Shown:
         """A value as the other side calls it."""
@@ -325,7 +325,7 @@ class RunLink:
                 self.counts.refused += 1
                 self._once(f"unfit {handshake.request.name}", problem)
                 state, values = "" if state in COMPLETE else state, {}
-            problem = handshake.report(state, values, self._logical, end=end)
+            problem = handshake.report(state, values, self.latest, end=end)
             if problem is not None:
                 self.malformed(problem)
 
@@ -399,13 +399,6 @@ class RunLink:
         waiting = [] if limit is None else [at + limit for name, at in self._heard.items() if name not in self._failed]
         return min(waiting, default=None)
 
-    def close(self) -> None:
-        """The port has failed for good: what it is asked from now on fails, and what it was asked."""
-        self.port = _Closed(self)
-        with suppress(Refused):
-            for number in list(self._unanswered):
-                self.report(number, "", {}, end=True)
-
     def _fail(self, names: list[str], why: str) -> None:
         if not names or self.over:
             return
@@ -434,28 +427,6 @@ def _harmless(what: str) -> str:
 
 WAITING = 5.0
 """Seconds without a cycle after which a port that begins them is reported."""
-
-
-class _Closed(AskingPort):
-    """In the place of a port that has failed."""
-
-    every_frame = False
-
-    def __init__(self, link: RunLink) -> None:
-        self._link = link
-
-    def ask(self, number: int, name: str, values: Mapping[str, Shown]) -> None:  # noqa: ARG002 - it fails
-        """See `AskingPort`."""
-        self._link.report(number, "", {}, end=True)
-
-    def cancel(self, number: int) -> None:
-        """See `AskingPort`."""
-
-    def safe(self, values: Mapping[str, Shown]) -> None:
-        """See `AskingPort`."""
-
-    def end(self, ending: str) -> None:
-        """See `AskingPort`."""
 
 
 def _in_cycles(request: Request, cycle_ms: float) -> Request:

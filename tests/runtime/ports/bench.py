@@ -48,6 +48,7 @@ class Bench:
             self.ports = Ports(
                 specs, self.board.posts, self.board.segment.newest, self.slots, say=self.said.append,
                 clock=lambda: self.now, cycle_ms=10,
+                early=early,
             )  # fmt: skip
         except BaseException:
             self.board.close()
