@@ -28,5 +28,5 @@ def missing_package(error: ModuleNotFoundError) -> Diagnostic | None:
     if package is None:
         return None
     message = f"this needs the package {package}, which is not installed"
-    wanted = f"'llfsm-verify[{extras[module]}]'" if module in extras else package
-    return Diagnostic(CODE, message, hint=f"install it with `pip install {wanted}`")
+    ours = f", or in our folder with `pip install -e '.[{extras[module]}]'`" if module in extras else ""
+    return Diagnostic(CODE, message, hint=f"install it with `pip install {package}`{ours}")

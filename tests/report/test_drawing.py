@@ -268,7 +268,7 @@ def test_pictures_without_their_library_say_what_to_install(draw, monkeypatch):
     monkeypatch.setitem(sys.modules, "pygraphviz", None)
     with pytest.raises(DiagnosticError) as caught:
         draw(GRAPHS["timer"])
-    assert caught.value.diagnostics[0].code == "E406" and "pip install 'llfsm-verify[draw]'" in str(caught.value)
+    assert caught.value.diagnostics[0].code == "E406" and "pip install -e '.[draw]'" in str(caught.value)
 
 
 def test_a_png_is_the_picture_that_the_svg_is():

@@ -42,7 +42,8 @@ def laid_out(text: str, wanted: str) -> bytes:
     try:
         import pygraphviz
     except ImportError:
-        hint = "install it with `pip install 'llfsm-verify[draw]'`, or choose --format dot"
+        hint = "install it with `pip install pygraphviz`, or in our folder with `pip install -e '.[draw]'`; or choose "
+        hint += "--format dot"
         message = f"{wanted.upper()} drawings need the package pygraphviz"
         raise DiagnosticError(Diagnostic(NO_GRAPHVIZ, message, hint=hint)) from None
     drawing = pygraphviz.AGraph(string=text)

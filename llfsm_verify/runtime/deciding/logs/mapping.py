@@ -74,7 +74,7 @@ MAPPING = Table(
             "compare it",
             Either((_NAME, TIME)),
         ),
-        Field("topic", "of an MCAP file: the topic of which each message is a row", Single(("string",))),
+        Field("topic", "of an MCAP file or a rosbag: the topic of which each message is a row", Single(("string",))),
         Field("ended", "`true`: the last row repeats forever. `false`: what came after it is not known", Words(TRUTHS)),
     ),
 )

@@ -123,4 +123,4 @@ def test_what_does_not_go_with_ports(tmp_path: Path, monkeypatch: pytest.MonkeyP
     recording = tmp_path / "r"
     done = llfsm("run", LIGHTS, "--ports", str(ports), "--record", str(recording))
     assert not recording.exists(), "nothing is in it, and the next run shall make it"
-    assert done.returncode == 3 and "pip install 'llfsm-verify[serial]'" in done.stderr
+    assert done.returncode == 3 and "pip install -e '.[serial]'" in done.stderr
