@@ -6,10 +6,10 @@ import os
 import re
 import subprocess
 import threading
-import xml.etree.ElementTree as ElementTree
 import xmlrpc.client
 from contextlib import ExitStack
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import pytest
 
@@ -73,5 +73,5 @@ def test_ten_steps_lead_to_a_graph_of_ros(alone: Graph, tmp_path: Path, monkeypa
 
 def test_the_package_is_xml():
     text = Path(PAGE).read_text(encoding="utf-8")
-    package, launch = map(ElementTree.fromstring, re.findall(r"^```xml\n(.*?)^```$", text, re.MULTILINE | re.DOTALL))
+    package, launch = map(ET.fromstring, re.findall(r"^```xml\n(.*?)^```$", text, re.MULTILINE | re.DOTALL))
     assert package.findtext("name") == launch.find("node").get("pkg") == "picker"  # type: ignore[union-attr]

@@ -218,7 +218,8 @@ def test_what_a_closed_port_is_asked_fails() -> None:
         made.until(made.has("locate_state", "WAITING"))
         made.board.posts.post({"wants": 2})
         made.until(made.has("arm_state", "LOST"))
-        assert made.said == ["port p: the port has failed: RuntimeError: it is broken"]
+        why = "port p: the port has failed: RuntimeError: it is broken"
+        assert made.said == [why, f"{why}: the request `arm` LOST"]
         made.board.posts.post({"wants": 1})
         made.until(made.has("locate_state", "FAILED"))
         made.end("stopped")
