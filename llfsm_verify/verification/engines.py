@@ -1,7 +1,7 @@
 """The engines, by the names that ``--engine`` knows them by, and all that is derived from what they say of themselves.
 
 To add an engine, write a `checking.engine.Session` and one entry here; engines of others are found by the entry point
-group `llfsm_verify.engines` (docs/engines.md).
+group `llfsm_verify.engines` (examples/engine/).
 """
 
 from __future__ import annotations

@@ -27,8 +27,9 @@ LONG = (
 BESIDE_ROS = "docs/robots.md"
 """Its commands need a master of ROS: `tests/extensions/ros/test_robots_page.py` runs them."""
 PAGES = sorted(str(page) for page in (*Path().glob("*.md"), *Path("docs").rglob("*.md"), *Path("models").rglob("*.md")))
-NOTES = sorted(str(page) for page in (*Path("llfsm_verify").rglob("*.md"), *Path("tests").rglob("*.md")))
-"""Those beside the source and the tests."""
+BESIDE = sorted(str(page) for page in (Path("tests/README.md"), *Path("examples").rglob("*.md")))
+NOTES = sorted({*BESIDE, *(str(page) for folder in ("llfsm_verify", "tests") for page in Path(folder).rglob("*.md"))})
+"""Those beside the source, the tests and the examples."""
 
 LLFSM = {"llfsm": [], "llfsm-verify": ["verify"]}
 """What follows `llfsm` in commands of ours; the others have processes of their own."""
@@ -203,7 +204,7 @@ def run(command: str, folder: Path, forked: Forks) -> str:
     return done.stdout + (f"{done.returncode}\n" if echo else "")
 
 
-@pytest.mark.parametrize("page", [*PAGES, "tests/README.md"])
+@pytest.mark.parametrize("page", [*PAGES, *BESIDE])
 def test_links_lead_somewhere(page):
     """To a file, and where they name a heading, to one that it has."""
     for target, heading in LINK.findall(Path(page).read_text(encoding="utf-8")):

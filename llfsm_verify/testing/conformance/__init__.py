@@ -1,4 +1,4 @@
-"""Conformance suites for what others add, and for what is ours (docs/plugs.md, docs/engines.md).
+"""Conformance suites for what others add, and for what is ours (docs/plugs.md, examples/engine/).
 
 - `check_engine(entry)`: an `Outcome` a case; `engine_cases(entry)`: the cases, to be run one by one
 - `check_executor(make)`, `executor_cases(make)`: the same for executors of step programs

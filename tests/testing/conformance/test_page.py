@@ -1,4 +1,4 @@
-"""The engine on docs/engines.md: written to a file as it is, and looked at by the test that the page shows."""
+"""The engine on examples/engine/README.md: written to a file as it is, and looked at by the test that the page shows."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PYTHON = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 @pytest.mark.long
 def test_the_engine_of_the_page_passes(tmp_path: Path) -> None:
-    for block in PYTHON.findall((ROOT / "docs" / "engines.md").read_text(encoding="utf-8")):
+    for block in PYTHON.findall((ROOT / "examples" / "engine" / "README.md").read_text(encoding="utf-8")):
         name = block.partition("\n")[0].removeprefix("# ")
         tmp_path.joinpath(name).write_text(block, encoding="utf-8")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["test_walker.py", "walker.py"]
@@ -41,7 +41,7 @@ def test_it_finds_faults_on_the_way(tmp_path: Path) -> None:
         "    result = harness.check('walker', Walker, known.problem(), Options())\n"
         "    print(*(p.verdict.value for p in result.properties), result.faults.verdict.value)\n"
     )
-    (block, _) = PYTHON.findall((ROOT / "docs" / "engines.md").read_text(encoding="utf-8"))
+    (block, _) = PYTHON.findall((ROOT / "examples" / "engine" / "README.md").read_text(encoding="utf-8"))
     tmp_path.joinpath("walker.py").write_text(block, encoding="utf-8")
     path = os.pathsep.join((str(tmp_path), str(ROOT)))
     done = subprocess.run(
