@@ -45,7 +45,6 @@ from llfsm_verify.language.types import (
     decimal_text,
 )
 from llfsm_verify.registry import Entry, Registry, Unusable
-from llfsm_verify.yaml.duration import duration_ms
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, Scalar, implied, mark, written
 from llfsm_verify.yaml.tables import ByName, Field, Several, Shared, Single, Table
@@ -185,19 +184,15 @@ class RequestPlant:
 
     def _timeout(self, site: Site) -> Fraction | None:
         """In milliseconds; None: there is none; 0: it is wrong."""
-        scalar = site.report.scalar(site.keys["timeout"], "`timeout`") if "timeout" in site.keys else None
-        if scalar is None:
-            return None if "timeout" not in site.keys else Fraction(0)
-        milliseconds = duration_ms(scalar.text)
-        if milliseconds is None:
-            message = f"`{scalar.text[:40]}` is not a positive time"
-            site.report.error(UNTIMED, message, mark(scalar), "write a time such as 500ms, 90s, 5min or 2h")
-        elif site.cycle_ms is None:
+        node = site.keys.get("timeout")
+        milliseconds = site.report.time(node, "`timeout`", UNTIMED)
+        if node is None or milliseconds is None:
+            return None if node is None else Fraction(0)
+        if site.cycle_ms is None:
             hint = "write `cycle_ms`, or leave it out here and in the file of ports"
-            site.report.error(UNTIMED, "`timeout` counts cycles, which have no length here", mark(scalar), hint)
-        else:
-            return milliseconds
-        return Fraction(0)
+            site.report.error(UNTIMED, "`timeout` counts cycles, which have no length here", mark(node), hint)
+            return Fraction(0)
+        return milliseconds
 
     def _shown(self, site: Site, slot: WhiteboardVariable) -> dict[str, str] | None:
         """The value of `state` for each state; None: there are not enough."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable
+from fractions import Fraction
 from typing import TypeVar
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
@@ -11,6 +12,7 @@ from llfsm_verify.fileformat import judge_format
 from llfsm_verify.language import codes as language_codes
 from llfsm_verify.language.scope import RESERVED, did_you_mean
 from llfsm_verify.language.syntax import ParsedActions, ParsedExpression
+from llfsm_verify.yaml.duration import duration_ms, excess
 from llfsm_verify.yaml.nodes import Mapping, Node, Scalar, Sequence, mark
 from llfsm_verify.yaml.vocabulary import PLAIN, Vocabulary
 
@@ -122,6 +124,15 @@ class Report:
             self.error("E035", f"{what} cannot be `{scalar.text[:60]}`", scalar.span, hint)
             return default
         return scalar.text
+
+    def time(self, node: Node | None, what: str, code: str) -> Fraction | None:
+        """A positive time in milliseconds; None: there is none, or it is wrong, which is reported under this code."""
+        scalar = None if node is None else self.scalar(node, what)
+        milliseconds = None if scalar is None else duration_ms(scalar.text)
+        if scalar is not None and milliseconds is None:
+            message = excess(scalar.text) or f"`{scalar.text[:40]}` is not a positive time"
+            self.error(code, message, mark(scalar), "write a time such as 500ms, 90s, 5min or 2h")
+        return milliseconds
 
     def can_read(self, node: Node, what: str) -> bool:
         """Whether the file is of a format that we know, by its key `format`; else E097 is said.

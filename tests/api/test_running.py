@@ -117,7 +117,7 @@ def test_others_read_and_post(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
             model.run(whiteboard="lights")
         with pytest.raises(ValueError, match="no input `bus`"):
             run.post(bus=True)
-        with pytest.raises(ValueError, match="does not declare"):
+        with pytest.raises(ValueError, match="the arrangement declares no `operators:`"):
             run.command("suspend", "ns")
         with pytest.raises(TimeoutError):
             run.wait(0)

@@ -18,7 +18,6 @@ from llfsm_verify.runtime.ports import MISFIT, SHARED, UNABLE, UNKNOWN
 from llfsm_verify.runtime.ports.port import ON_FAILURE, PORTS, Kind, OnFailure, PortSpec
 from llfsm_verify.values import ValueProblem, choice_value
 from llfsm_verify.yaml.compose import compose
-from llfsm_verify.yaml.duration import duration_ms
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Mapping as MappingNode
 from llfsm_verify.yaml.nodes import Node, Scalar, mark
@@ -245,6 +244,9 @@ class _Reader:
         """Each of `values` is one of something that the port has."""
         asked = [name for r in requests for name in (r.state, *r.answers, *r.feedback, *r.sends)]
         choices = [self._choice(name) for name in (*inputs, *outputs, *asked)]
+        shown = [self._choice(name) for name in (*outputs, *(name for r in requests for name in r.sends))]
+        told: dict[str, str] = {}
+        """The text of each value that goes out."""
         mapping = node.items if isinstance(node, MappingNode) else ()
         for key, value in mapping:
             ours = values.get(key.text)
@@ -253,6 +255,15 @@ class _Reader:
                 known = [label for choice in choices for label in choice.labels]
                 hint = did_you_mean(ours, known) or f"write the value that `{key.text[:60]}` stands for"
                 self.report.error(UNKNOWN, message, mark(value), hint)
+            elif ours is not None and any(_is_value(choice, ours) for choice in shown):
+                first, both = told.setdefault(ours, key.text), [choice for choice in shown if _is_value(choice, ours)]
+                clash = key.text not in values.values() and any(_is_value(choice, key.text) for choice in both)
+                if first != key.text:
+                    message = f"`{ours[:60]}` goes out, and has two texts: `{first[:60]}` and `{key.text[:60]}`"
+                    self.report.error(SHARED, message, key.span, "leave out one, or make a port of its own for inputs")
+                elif clash:
+                    message = f"`{ours[:60]}` would go out as `{key.text[:60]}`, which is another value"
+                    self.report.error(SHARED, message, key.span, "write a text that no value of an output has")
 
     def _choice(self, name: str) -> Choice:
         return self._inputs[name] if name in self._inputs else self._slots[name].choice
@@ -509,11 +520,7 @@ class _Reader:
         return cast(OnFailure, on_failure), self._time(found)
 
     def _time(self, found: Mapping[str, Node]) -> float | None:
-        scalar = self.report.scalar(found["timeout"], "`timeout`") if "timeout" in found else None
-        milliseconds = None if scalar is None else duration_ms(scalar.text)
-        if scalar is not None and milliseconds is None:
-            message = f"`{scalar.text[:40]}` is not a positive time"
-            self.report.error(UNKNOWN, message, mark(scalar), "write a time such as 500ms, 90s, 5min or 2h")
+        milliseconds = self.report.time(found.get("timeout"), "`timeout`", UNKNOWN)
         return None if milliseconds is None else float(milliseconds / 1000)
 
 

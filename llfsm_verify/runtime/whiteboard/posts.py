@@ -313,9 +313,9 @@ def operated(choices: Mapping[str, tuple[int, Choice]], kind: str, target: str, 
     name = f"{OPERATOR}{kind}({target})"
     if name not in choices or not is_command(name):
         offered = [n.removeprefix(OPERATOR) for n in choices if is_command(n)]
-        raise Refused(
-            f"`operators:` does not declare {kind[:20]} of `{target[:60]}`, only {', '.join(offered) or 'nothing'}"
-        )
+        if not offered:
+            raise Refused("the arrangement declares no `operators:` for commands")
+        raise Refused(f"`operators:` does not declare {kind[:20]} of `{target[:60]}`, only {', '.join(offered)}")
     if kind in ARGUMENTS:
         value_number, choice = choices[f"{OPERATOR}{ARGUMENTS[kind]}({target})"]
         return choices[name][0], value_number, _number(target, choice, value)

@@ -345,6 +345,7 @@ def test_random_orders_of_events_are_runs_of_the_plant(kind: RequestKind, seed: 
 PLANT = Request("locate", "service", "locate", "locate_state", answers={"fruits": "fruits"}, timeout=2.0)
 TEXT = "ports: {p: {kind: process, run: [a], REST}}"
 LOCATE = "requests: {locate: {kind: service, ask: locate, state: locate_state}}"
+SENDS = LOCATE.replace("state}}", "state, sends: [now]}}")
 FED = TEXT.replace("REST", f"inputs: [fruits], on_failure: stale, {LOCATE}")
 WRONG = [
     (TEXT.replace("run: [a]", "run: §[]").replace("REST", LOCATE), "E493", "python3"),
@@ -356,6 +357,10 @@ WRONG = [
     (TEXT.replace("REST", "clock: §outside, outputs: [now]"), "E035", "external"),
     (TEXT.replace("REST", "outputs: [now], values: {Go: §STRAT}"), "E493", "START"),
     (TEXT.replace("REST", "outputs: [now], values: §[Go]"), "E030", "key: value"),
+    (TEXT.replace("REST", "outputs: [now], values: {Go: START, §Begin: START}"), "E494", "leave out one"),
+    (TEXT.replace("REST", "outputs: [now], values: {§PAUSE: START}"), "E494", "no value of an output"),
+    (TEXT.replace("REST", "outputs: [doubled], values: {§7: 5}"), "E494", "no value of an output"),
+    (TEXT.replace("REST", f"{SENDS}, values: {{a: NONE, §b: NONE}}"), "E494", "one"),
     (TEXT.replace("REST", "outputs: [now], when: §nwo"), "E493", "now"),
     (TEXT.replace("REST", "inputs: [start], on_failure: stale, when: §now"), "E493", "leave out"),
     (TEXT.replace("REST", "inputs: [start], on_failure: stale, events: {§level: 0}"), "E493", "start"),

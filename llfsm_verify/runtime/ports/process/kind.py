@@ -9,7 +9,6 @@ from pathlib import Path
 from llfsm_verify.runtime.ports import UNKNOWN
 from llfsm_verify.runtime.ports.port import Kind, Started
 from llfsm_verify.runtime.ports.process.port import ProcessSettings
-from llfsm_verify.yaml.duration import duration_ms
 from llfsm_verify.yaml.fields import Report
 from llfsm_verify.yaml.nodes import Node, mark
 from llfsm_verify.yaml.nodes import Sequence as SequenceNode
@@ -26,11 +25,7 @@ def patience_of(report: Report, found: Mapping[str, Node], what: str) -> tuple[f
     """`CHILD_FIELDS` of a port; None: one is wrong, which was reported."""
     before = len(report.diagnostics)
     restart = report.choice(found.get("restart"), f"`restart` of {what}", TRUTHS, "true") == "true"
-    scalar = report.scalar(found["patience"], "`patience`") if "patience" in found else None
-    milliseconds = None if scalar is None else duration_ms(scalar.text)
-    if scalar is not None and milliseconds is None:
-        message = f"`{scalar.text[:40]}` is not a positive time"
-        report.error(UNKNOWN, message, mark(scalar), "write a time such as 500ms, 10s or 2min")
+    milliseconds = report.time(found.get("patience"), "`patience`", UNKNOWN)
     if len(report.diagnostics) > before:
         return None
     return 10.0 if milliseconds is None else float(milliseconds / 1000), restart
