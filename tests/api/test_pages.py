@@ -89,7 +89,10 @@ def test_the_site_has_every_page():
     pages = {path.name for path in Path("docs").glob("*.md")} - {"index.md"}
     others = {
         "decisions/README.md",
-        *(f"repository/{name}.md" for name in ("models/README", "CHANGELOG", "CONTRIBUTING", "examples/engine/README", "tests/README")),
+        *(
+            f"repository/{name}.md"
+            for name in ("models/README", "CHANGELOG", "CONTRIBUTING", "examples/engine/README", "tests/README")
+        ),
     }
     assert len(listed) == len(set(listed)) and set(listed) == pages | others
 

@@ -1,4 +1,4 @@
-"""The engine on examples/engine/README.md: written to a file as it is, and looked at by the test that the page shows."""
+"""The engine on the page of examples/engine: written to a file as it is, and tested as the page shows."""
 
 from __future__ import annotations
 
