@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Moves to fruits and to the basket, reaches each seventh fruit not, and drops each ninth one on its way."""
+"""Moves to fruits and to the basket, does not reach each seventh one, and drops a fruit on its way."""
 
 import itertools
 
@@ -14,6 +14,7 @@ STEPS = 5
 def main():
     rospy.init_node("arm")
     seconds = rospy.get_param("~seconds", 0.1)  # of a move
+    drops = rospy.get_param("~drops", 9)  # which one
     fruits, baskets = itertools.count(1), itertools.count(1)
     dropped = rospy.Publisher("fruit_dropped", Empty, queue_size=1)
 
@@ -23,7 +24,7 @@ def main():
             reached = next(fruits) % 7 != 0
         else:
             reached = True
-            if next(baskets) % 9 == 0:
+            if next(baskets) == drops:
                 last = 1000 * STEPS  # it looks for the fruit on the ground until the goal is cancelled
                 dropped.publish()
         for step in range(last):

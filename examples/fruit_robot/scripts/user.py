@@ -19,6 +19,8 @@ def main():
         elif state.data == "Pick_fruit":
             moves.release()
 
+    while start.get_num_connections() == 0:  # else nobody hears it
+        rospy.rostime.wallsleep(0.01)
     rospy.Subscriber("current_state", String, shows)
     pause.publish(False)
     for _ in range(rospy.get_param("~pause_after", 4)):  # fruits

@@ -1,0 +1,151 @@
+"""Runs the robot with a ROS master and its nodes, and says how that went. Nothing has to be built.
+
+    python examples/fruit_robot/show.py                      # 60 s at 100 Hz
+    python examples/fruit_robot/show.py --seconds 5 --record robot.rec
+    python examples/fruit_robot/show.py --baskets 3          # until so many fruits, a pause and a change of state
+
+It starts a master on a free port, unless ROS_MASTER_URI is set, and ends it and the nodes by their ids. The recording
+is replayed, and compared with the plants and the properties that were verified.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+import llfsm_verify as lv
+
+HERE = Path(__file__).resolve().parent
+PACKAGE = Path(lv.__file__).parent / "extensions" / "ros"
+PYTHON = "/usr/bin/python3"
+LLFSM = (sys.executable, "-m", "llfsm_verify")
+NODES = ("localisation", "arm", "user", "error_handler")
+PATIENCE = 60.0
+"""Seconds after which something will not come."""
+
+
+def main() -> int:
+    """The exit code: 0, if the recording is what was verified."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else None)
+    parser.add_argument("--seconds", type=float, default=60.0, help="how long it runs (60)")
+    parser.add_argument("--baskets", type=int, help="end after so many fruits instead, a pause and a change of state")
+    parser.add_argument("--pause-after", type=int, default=4, help="moves to a fruit before the pause (4)")
+    parser.add_argument("--drops", type=int, default=9, help="which fruit is dropped (9)")
+    parser.add_argument("--record", type=Path, help="where the recording is kept")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as open_ones:
+        around = open_ones.enter_context(surroundings(Path(folder)))
+        recording = given.record or Path(folder, "robot.rec")
+        board = f"fruit_robot_{os.getpid()}"
+        told = {
+            "arm": [f"_drops:={given.drops}"], "user": [f"_pause_after:={given.pause_after}"],
+            "error_handler": [f"_whiteboard:={board}", f"_llfsm:={llfsm_in(Path(folder))}"],
+        }  # fmt: skip
+        for node in NODES:
+            command = (PYTHON, str(HERE / "unbuilt.py"), str(PACKAGE), str(HERE / "scripts" / f"{node}.py"))
+            open_ones.enter_context(child((*command, *told.get(node, [])), around))
+        ends = () if given.baskets else ("--for", f"{round(given.seconds * 1000)}ms")
+        run = subprocess.Popen(
+            (*LLFSM, "run", str(HERE / "arrangement.yaml"), "--ports", str(HERE / "ports.yaml"), "--whiteboard", board,
+             "--record", str(recording), *ends),
+            env=around,
+        )  # fmt: skip
+        try:
+            if given.baskets:
+                watch(board, given.baskets, run)
+                run.send_signal(signal.SIGINT)
+            code = run.wait()
+        finally:
+            run.kill()
+            run.wait()
+        return code or judge(recording)
+
+
+@contextlib.contextmanager
+def surroundings(folder: Path) -> Iterator[dict[str, str]]:
+    """The environment of nodes, with the master that it names."""
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    if "ROS_MASTER_URI" in kept:
+        yield kept
+        return
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    kept |= {
+        "ROS_MASTER_URI": f"http://127.0.0.1:{port}", "ROS_IP": "127.0.0.1", "ROS_LOG_DIR": str(folder),
+        "ROS_HOME": str(folder),
+    }  # fmt: skip
+    start = f"import rosmaster; rosmaster.rosmaster_main(['rosmaster', '--core', '-p', '{port}'])"
+    with child((PYTHON, "-c", start), kept) as master:
+        limit = time.monotonic() + PATIENCE
+        while master.poll() is None and time.monotonic() < limit:
+            with socket.socket() as probe:
+                if probe.connect_ex(("127.0.0.1", port)) == 0:
+                    yield kept
+                    return
+            time.sleep(0.02)
+        raise SystemExit("there is no ROS master")
+
+
+@contextlib.contextmanager
+def child(command: tuple[str, ...], around: dict[str, str]) -> Iterator[subprocess.Popen[bytes]]:
+    """A process that is ended by its id."""
+    process = subprocess.Popen(command, env=around, stdout=subprocess.DEVNULL)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def llfsm_in(folder: Path) -> Path:
+    """A program `llfsm` for nodes, which run under another Python."""
+    path = folder / "llfsm"
+    path.write_text(f'#!/bin/sh\nexec {" ".join(LLFSM)} "$@"\n', encoding="utf-8")
+    path.chmod(0o755)
+    return path
+
+
+def watch(name: str, baskets: int, run: subprocess.Popen[bytes]) -> None:
+    """Return when so many fruits are in the basket, after a pause and a change of state."""
+    board = None
+    while board is None and run.poll() is None:
+        try:
+            board = lv.Whiteboard(name)
+        except lv.WhiteboardError:  # the run has not begun
+            time.sleep(0.05)
+    if board is None:
+        return
+    seen: Counter[str] = Counter()
+    before = ""
+    with board, board.subscribe("picker") as changes:
+        for frame in changes:
+            state = str(frame.values["picker"])
+            seen[f"{before} → {state}"] += 1
+            paused = any(move.startswith("__suspend →") for move in seen)
+            if seen["Fruit_to_basket → Select_fruit"] >= baskets and paused and seen["Fruit_to_basket → Locate_fruits"]:
+                return
+            before = state
+
+
+def judge(recording: Path) -> int:
+    """Replay the recording, and compare it with plants and properties; print what the robot did."""
+    done = subprocess.run((*LLFSM, "replay", str(recording)), check=False).returncode
+    checked = (*LLFSM, "check-recording", str(recording))
+    done = done or subprocess.run(checked, check=False).returncode
+    done = done or subprocess.run((*checked, str(HERE / "properties.ltl"), "--allow-undecided"), check=False).returncode
+    return done
+
+
+if __name__ == "__main__":
+    sys.exit(main())
