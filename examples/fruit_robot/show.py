@@ -12,6 +12,8 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import csv
+import itertools
 import os
 import signal
 import socket
@@ -139,12 +141,30 @@ def watch(name: str, baskets: int, run: subprocess.Popen[bytes]) -> None:
 
 
 def judge(recording: Path) -> int:
-    """Replay the recording, and compare it with plants and properties; print what the robot did."""
+    """Say what the robot did, replay the recording, and compare it with plants and properties."""
+    count(recording)
     done = subprocess.run((*LLFSM, "replay", str(recording)), check=False).returncode
     checked = (*LLFSM, "check-recording", str(recording))
     done = done or subprocess.run(checked, check=False).returncode
-    done = done or subprocess.run((*checked, str(HERE / "properties.ltl"), "--allow-undecided"), check=False).returncode
-    return done
+    return done or subprocess.run((*checked, str(HERE / "properties.ltl"), "--allow-undecided"), check=False).returncode
+
+
+def count(recording: Path) -> None:
+    """Print what the recording shows, cycle by cycle."""
+    done = subprocess.run((*LLFSM, "trace", str(recording), "--to", "csv"), check=True, capture_output=True, text=True)
+    seen: Counter[str] = Counter()
+    rows = list(csv.DictReader(done.stdout.splitlines()))
+    for before, row in itertools.pairwise(rows):
+        seen[f"{before['picker']} → {row['picker']}"] += before["picker"] != row["picker"]
+        for slot in ("located", "reached", "pause"):
+            seen[f"{slot} {row[slot]}"] += before[slot] != row[slot]
+    print(
+        f"images {seen['located DONE']}, without an answer {seen['located FAILED']}; "
+        f"goals {seen['reached PENDING']}, gripped {seen['Pick_fruit → Fruit_to_basket']}, "
+        f"out of reach {seen['Pick_fruit → Select_fruit']}, to the basket {seen['Fruit_to_basket → Select_fruit']}; "
+        f"pauses {seen['pause true']}, changes of state {seen['Fruit_to_basket → Locate_fruits']}",
+        flush=True,
+    )
 
 
 if __name__ == "__main__":

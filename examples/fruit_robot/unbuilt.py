@@ -1,6 +1,6 @@
 """Runs a node of this package although nothing was built: its types are made in memory, as the port makes them.
 
-    /usr/bin/python3 unbuilt.py FOLDER_OF_ROS1_NODE scripts/arm.py _seconds:=0.2
+/usr/bin/python3 unbuilt.py FOLDER_OF_ROS1_NODE scripts/arm.py _seconds:=0.2
 """
 
 import runpy

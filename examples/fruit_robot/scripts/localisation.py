@@ -19,7 +19,7 @@ def main():
     def locate(_):
         rospy.rostime.wallsleep(seconds)
         if next(numbers) % 5 == 0:
-            raise RuntimeError("the image is too dark")
+            raise rospy.ServiceException("the image is too dark")
         return Fruits_reqResponse([Fruit(0.5, 0.25 * number, 1.0) for number in range(next(images))])
 
     rospy.Service("fruit_request", Fruits_req, locate)
