@@ -2,7 +2,7 @@
 
     python examples/fruit_robot/show.py                      # 60 s at 100 Hz
     python examples/fruit_robot/show.py --seconds 5 --record robot.rec
-    python examples/fruit_robot/show.py --baskets 3          # until so many fruits, a pause and a change of state
+    python examples/fruit_robot/show.py --then 3             # until the third fruit after the pause
 
 It starts a master on a free port, unless ROS_MASTER_URI is set, and ends it and the nodes by their ids. The recording
 is replayed, and compared with the plants and the properties that were verified.
@@ -40,31 +40,31 @@ def main() -> int:
     """The exit code: 0, if the recording is what was verified."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else None)
     parser.add_argument("--seconds", type=float, default=60.0, help="how long it runs (60)")
-    parser.add_argument("--baskets", type=int, help="end after so many fruits instead, a pause and a change of state")
-    parser.add_argument("--pause-after", type=int, default=4, help="moves to a fruit before the pause (4)")
-    parser.add_argument("--drops", type=int, default=9, help="which fruit is dropped (9)")
+    parser.add_argument("--drops", type=int, default=9, help="which fruit is dropped, so that the state is set (9)")
+    parser.add_argument("--pause-after", type=int, default=4, help="after how many more fruits it is paused (4)")
+    parser.add_argument("--then", type=int, help="end after so many more fruits, instead of `--seconds`")
     parser.add_argument("--record", type=Path, help="where the recording is kept")
     given = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that nodes are ended
     with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as open_ones:
         around = open_ones.enter_context(surroundings(Path(folder)))
         recording = given.record or Path(folder, "robot.rec")
         board = f"fruit_robot_{os.getpid()}"
         told = {
-            "arm": [f"_drops:={given.drops}"], "user": [f"_pause_after:={given.pause_after}"],
-            "error_handler": [f"_whiteboard:={board}", f"_llfsm:={llfsm_in(Path(folder))}"],
-        }  # fmt: skip
-        for node in NODES:
-            command = (PYTHON, str(HERE / "unbuilt.py"), str(PACKAGE), str(HERE / "scripts" / f"{node}.py"))
-            open_ones.enter_context(child((*command, *told.get(node, [])), around))
-        ends = () if given.baskets else ("--for", f"{round(given.seconds * 1000)}ms")
+            "arm": (f"_drops:={given.drops}",),
+            "user": (f"_pause_after:={given.pause_after}", f"_then:={given.then or 0}"),
+            "error_handler": (f"_whiteboard:={board}", f"_llfsm:={llfsm_in(Path(folder))}"),
+        }
+        nodes = [open_ones.enter_context(child(node_of(node, told.get(node, ())), around)) for node in NODES]
+        ends = () if given.then else ("--for", f"{round(given.seconds * 1000)}ms")
         run = subprocess.Popen(
             (*LLFSM, "run", str(HERE / "arrangement.yaml"), "--ports", str(HERE / "ports.yaml"), "--whiteboard", board,
              "--record", str(recording), *ends),
             env=around,
         )  # fmt: skip
         try:
-            if given.baskets:
-                watch(board, given.baskets, run)
+            if given.then:
+                wait_for_user(nodes[NODES.index("user")], run)
                 run.send_signal(signal.SIGINT)
             code = run.wait()
         finally:
@@ -110,6 +110,11 @@ def child(command: tuple[str, ...], around: dict[str, str]) -> Iterator[subproce
         process.wait()
 
 
+def node_of(name: str, told: tuple[str, ...]) -> tuple[str, ...]:
+    """The command line of a node."""
+    return (PYTHON, str(HERE / "unbuilt.py"), str(PACKAGE), str(HERE / "scripts" / f"{name}.py"), *told)
+
+
 def llfsm_in(folder: Path) -> Path:
     """A program `llfsm` for nodes, which run under another Python."""
     path = folder / "llfsm"
@@ -118,26 +123,10 @@ def llfsm_in(folder: Path) -> Path:
     return path
 
 
-def watch(name: str, baskets: int, run: subprocess.Popen[bytes]) -> None:
-    """Return when so many fruits are in the basket, after a pause and a change of state."""
-    board = None
-    while board is None and run.poll() is None:
-        try:
-            board = lv.Whiteboard(name)
-        except lv.WhiteboardError:  # the run has not begun
-            time.sleep(0.05)
-    if board is None:
-        return
-    seen: Counter[str] = Counter()
-    before = ""
-    with board, board.subscribe("picker") as changes:
-        for frame in changes:
-            state = str(frame.values["picker"])
-            seen[f"{before} → {state}"] += 1
-            paused = any(move.startswith("__suspend →") for move in seen)
-            if seen["Fruit_to_basket → Select_fruit"] >= baskets and paused and seen["Fruit_to_basket → Locate_fruits"]:
-                return
-            before = state
+def wait_for_user(user: subprocess.Popen[bytes], run: subprocess.Popen[bytes]) -> None:
+    """Return when the user has seen enough, or the run has ended."""
+    while user.poll() is None and run.poll() is None:
+        time.sleep(0.02)
 
 
 def judge(recording: Path) -> int:

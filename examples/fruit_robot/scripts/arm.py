@@ -16,7 +16,7 @@ def main():
     seconds = rospy.get_param("~seconds", 0.1)  # of a move
     drops = rospy.get_param("~drops", 9)  # which one
     fruits, baskets = itertools.count(1), itertools.count(1)
-    dropped = rospy.Publisher("fruit_dropped", Empty, queue_size=1)
+    dropped = rospy.Publisher("fruit_dropped", Empty, queue_size=1, latch=True)
 
     def move(goal):
         last = STEPS

@@ -61,12 +61,16 @@ def test_a_mistake_is_found(before: str, after: str, violated: str, tmp_path: Pa
 def test_it_picks_fruits_beside_ros_and_is_what_was_verified(alone: Graph, tmp_path: Path) -> None:
     recording = tmp_path / "robot.rec"
     around = alone.master.surroundings | {"PATH": os.environ["PATH"]}
-    show = (sys.executable, str(ROBOT / "show.py"), "--baskets", "3", "--pause-after", "2", "--drops", "2")
-    done = subprocess.run(
-        (*show, "--record", str(recording)), env=around, capture_output=True, text=True, timeout=LIMIT, check=False
+    show = (sys.executable, str(ROBOT / "show.py"), "--drops", "2", "--pause-after", "1", "--then", "2")
+    run = subprocess.Popen(
+        (*show, "--record", str(recording)), env=around, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )
-    said = done.stdout + done.stderr
-    assert done.returncode == 0, said
+    try:
+        said, _ = run.communicate(timeout=5 * LIMIT)
+    finally:
+        run.terminate()
+        run.communicate()
+    assert run.returncode == 0, said
     assert "frames, the same bit for bit, and then stopped" in said
     assert "the run keeps to `fruit_request`, `move_box_arm` of `environment`" in said
     assert "pauses 1, changes of state 1" in said
