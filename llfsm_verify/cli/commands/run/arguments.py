@@ -40,7 +40,8 @@ def _world(parser: Parser) -> None:
     add("--inputs", metavar="TRACE", help="simulate with the inputs of a saved trace, step by step")
     shared.held_inputs(parser)
     shared.drawn_inputs(parser)
-    add("--ports", metavar="FILE", help="YAML: how inputs and outputs reach the world (see `llfsm schema ports`)")
+    text = "YAML: how inputs and outputs reach the world, such as ROS (see `llfsm schema ports`). Topics of ROS 2 were "
+    add("--ports", metavar="FILE", help=f"{text}tried against Cyclone DDS and Fast DDS, not against rclcpp")
 
 
 def _pace(parser: Parser) -> None:
