@@ -30,6 +30,7 @@ from llfsm_verify.testing.conformance import (
     writer_cases,
 )
 from llfsm_verify.testing.conformance.plugs import SAMPLES, subjects
+from tests.extensions.crops.thesis import TRANSITION_FILE
 from tests.extensions.ros.dds import free_domain
 from tests.extensions.test_mqtt import Broker
 from tests.outside import needs
@@ -72,11 +73,17 @@ def test_drawings(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ARRANGEMENTS)
+@pytest.mark.parametrize("name", WRITERS)
 def test_readers_and_writers(name: str) -> None:
     text = WRITERS.load(name).arrangement(next(iter(SAMPLES.values())))
     assert failures(reader_cases(name, text)) == {}
     assert failures(writer_cases(name, name)) == {}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(set(ARRANGEMENTS) - set(WRITERS)))
+def test_readers_of_what_we_do_not_write(name: str) -> None:
+    assert failures(reader_cases(name, {"crops": TRANSITION_FILE}[name])) == {}
 
 
 def csv_log(path: Path) -> None:
