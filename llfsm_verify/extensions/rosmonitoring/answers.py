@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from decimal import Decimal
 
 from llfsm_verify import DiagnosticError
@@ -11,29 +12,43 @@ from llfsm_verify.plug import LogReading, Row, cells_of
 WRONG = "a message is a JSON object with a `topic` or a `service`"
 
 
-class Monitor:
-    """What one connection has sent so far. `reading`: of no message yet."""
+MOST_SAID = 100
+"""Topics that are named."""
 
-    def __init__(self, reading: LogReading, *, filtering: bool) -> None:
+
+class Monitor:
+    """What one connection has sent so far. `reading`: of no message yet. `say` is told once what concerns nothing, by
+    way of the names in `said`, which the monitors of a server share."""
+
+    def __init__(self, reading: LogReading, say: Callable[[str], None], said: set[str], *, filtering: bool) -> None:
         self._reading = reading.copied()
-        self._filtering = filtering
+        self._filtering, self._say, self._said = filtering, say, said
+        mapping = reading.mapping
+        self._places = {column: column.rpartition(":")[::2] for column in reading.columns}
+        """Of each column, its topic (or none) and field."""
+        self._topics = {topic for topic, _ in self._places.values() if topic}
+        plain = any(not self._places[column.name][0] for column in mapping.columns.values())
+        self._known = None if plain and mapping.topic is None else self._topics | {mapping.topic or ""} - {""}
+        """Topics that say something; None: all do."""
         self._last: dict[str, dict[str, str]] = {}
         """The fields of the newest message of each topic and service."""
 
     def answer(self, message: str | bytes) -> str:
         """The message with its verdict. One that cannot be read, or has no letter, changes nothing."""
-        event: object = None
+        sent = ""
         try:
-            event, exact = json.loads(message), json.loads(message, parse_float=Decimal)
+            text = message if isinstance(message, str) else message.decode()
+            event = json.loads(text, parse_float=Decimal)
             if not isinstance(event, dict):
                 raise ValueError(WRONG)
-            found = self._read(exact)
+            sent = text.strip()[1:-1].strip()  # as it was written: its numbers may be none of Python
+            found = self._read(event)
         except DiagnosticError as error:
             found = {"error": error.diagnostics[0].message}
-        except (ValueError, RecursionError, OverflowError) as error:
+        except (ValueError, RecursionError, ArithmeticError) as error:
             found = {"error": str(error)}
-        echo = event if isinstance(event, dict) else {}
-        return json.dumps({**echo, "verdict": "unknown", **found}, ensure_ascii=False)
+        told = json.dumps({"verdict": "unknown", **found})[1:]
+        return f"{{{sent}, {told}" if sent else f"{{{told}"
 
     def _read(self, event: dict[str, object]) -> dict[str, str]:
         name = event.get("topic", event.get("service"))
@@ -41,10 +56,13 @@ class Monitor:
             raise ValueError(WRONG)
         last = {**self._last, name: cells_of(event)}
         reading = self._reading.copied()
+        if self._known is not None and name not in self._known | self._said and len(self._said) < MOST_SAID:
+            self._said.add(name)
+            known = ", ".join(sorted(map(str, self._known)))
+            self._say(f"no column is of the topic `{name[:100]}`: the mapping has {known}")
         if reading.mapping.topic in (None, name):
-            places = {column: column.rpartition(":")[::2] for column in reading.columns}
-            if all(topic in last for topic, _ in places.values() if topic):  # else a topic has said nothing yet
-                found = {column: last[topic or name].get(field) for column, (topic, field) in places.items()}
+            if last.keys() >= self._topics:  # else a topic has said nothing yet
+                found = {column: last[topic or name].get(field) for column, (topic, field) in self._places.items()}
                 cells = {column: text for column, text in found.items() if text is not None}
                 reading.read(Row(f"message {reading.count + 1}", cells))
         verdict = _verdict(reading)

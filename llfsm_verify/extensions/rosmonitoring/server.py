@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import os
+import re
 import signal
 from collections.abc import Callable
+from contextlib import suppress
+from http import HTTPStatus
+from typing import TYPE_CHECKING
 
 from websockets.asyncio.server import ServerConnection
 from websockets.asyncio.server import serve as listen
@@ -16,6 +21,14 @@ from llfsm_verify.extensions.rosmonitoring.answers import Monitor
 from llfsm_verify.extensions.rosmonitoring.codes import DEAF
 from llfsm_verify.plug import LogReading
 
+if TYPE_CHECKING:
+    from websockets.http11 import Request, Response
+
+LOCAL = re.compile(r"https?://(localhost|127(\.\d{1,3}){3}|\[::1\])(:\d{1,5})?", re.IGNORECASE)
+"""Origins of pages that are on this computer."""
+QUIET = logging.getLogger(f"{__name__}.library")
+"""What the library says of wrong handshakes, with tracebacks, goes nowhere."""
+QUIET.disabled = True
 LARGEST = 1 << 20
 """Bytes of a message; a connection with a longer one is closed (code 1009)."""
 SECONDS = 1.0
@@ -25,8 +38,25 @@ SECONDS = 1.0
 def serve(reading: LogReading, host: str, port: int, *, filtering: bool, tell: Callable[[str], None]) -> None:
     """See `Oracle`. DiagnosticError (E550)."""
 
+    said: set[str] = set()
+    refused: set[str] = set()
+
+    def say(line: str) -> None:
+        with suppress(OSError):  # nobody reads it
+            tell(f"note: {line}")
+
+    def admit(client: ServerConnection, request: Request) -> Response | None:
+        """A page in a browser says where it is from, and may call this computer from anywhere: it is refused."""
+        foreign = next((origin for origin in request.headers.get_all("Origin") if not LOCAL.fullmatch(origin)), None)
+        if foreign is None:
+            return None
+        if not refused:
+            refused.add(foreign)
+            say(f"a page from `{foreign[:100]}` was refused, and so are all that are not from this computer")
+        return client.respond(HTTPStatus.FORBIDDEN, "pages from elsewhere get no verdicts\n")
+
     async def converse(client: ServerConnection) -> None:
-        monitor = Monitor(reading, filtering=filtering)
+        monitor = Monitor(reading, say, said, filtering=filtering)
         try:
             async for message in client:
                 await client.send(monitor.answer(message))
@@ -35,7 +65,9 @@ def serve(reading: LogReading, host: str, port: int, *, filtering: bool, tell: C
 
     async def run() -> None:
         ended = asyncio.Event()
-        async with listen(converse, host, port, max_size=LARGEST, close_timeout=SECONDS) as server:
+        async with listen(
+            converse, host, port, process_request=admit, max_size=LARGEST, close_timeout=SECONDS, logger=QUIET
+        ) as server:
             for number in (signal.SIGINT, signal.SIGTERM):
                 asyncio.get_running_loop().add_signal_handler(number, ended.set)
             address, free = server.sockets[0].getsockname()[:2]

@@ -7,6 +7,7 @@ import json
 import random
 import re
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -37,18 +38,21 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @contextmanager
-def served(*words: str) -> Iterator[str]:
-    """The address of a server that ends well when SIGTERM comes."""
+def served(*words: str, notes: Sequence[str] = (), end: signal.Signals = signal.SIGTERM) -> Iterator[str]:
+    """The address of a server that ends well when a signal comes, and has said this."""
     command = [sys.executable, "-m", "llfsm_verify", "monitor", "--arrangement", "door.yaml", "--mapping", "m.yaml"]
-    with subprocess.Popen([*command, "--serve", "0", *words], stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        [*command, "--serve", "0", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
         assert process.stdout is not None
         told = process.stdout.readline()
         assert re.fullmatch(r"listening on ws://127\.0\.0\.1:\d+\n", told), told
         try:
             yield told.split()[-1]
         finally:
-            process.send_signal(signal.SIGTERM)
-        assert process.wait() == 0
+            process.send_signal(end)
+        said = process.communicate(timeout=60)
+        assert (process.returncode, *said) == (0, "".join(f"note: {note}\n" for note in notes), "")
 
 
 @contextmanager
@@ -147,6 +151,12 @@ def test_a_filter_goes_on_as_if_refused_messages_had_not_been_sent(folder: Path)
 
 WRONG = [
     ("{", "Expecting property name"),
+    ('{"topic": "door", "time": 1e400, "data": true}', "column `time`"),
+    ('{"topic": "door", "time": 2, "data": ' + "9" * 5000 + "}", "4300 digits"),
+    ('{"topic": "cmd_vel", "time": 2, "twist": {"linear": {"x": 99999999999999999999}}}', "`speed`"),
+    ('{"topic": "cmd_vel", "time": 2, "twist": {"linear": {"x": 1e400}}}', "`speed`"),
+    ('{"topic": "cmd_vel", "time": 2, "twist": {"linear": {"x": 1e999999999999999999}}}', "`1E+999999999999999999`"),
+    ('{"topic": "door", "time": 2, "data": "\\ud800"}', "column `door:data`"),
     ("[]", "a JSON object with a `topic` or a `service`"),
     ('{"topic": 3}', "a JSON object with a `topic` or a `service`"),
     ('{"data": 3}', "a JSON object with a `topic` or a `service`"),
@@ -174,6 +184,51 @@ def test_what_cannot_be_read_is_answered_and_changes_nothing(folder: Path) -> No
             other.send("x" * (1 << 21))
             assert other.recv() == ""
         assert asked(client, door(4, False))[0]["verdict"] == "false"
+
+
+def test_an_answer_has_the_message_as_it_was_written(folder: Path) -> None:
+    """Also what Python would write otherwise: long decimals, infinity, half a surrogate, keys in their order."""
+    words = '"topic" : "door", "time": 1, "data": true, "z": [0.12345678901234567890, 1e400, "\\ud800", "\u00e4"]'
+    with served(SAFE) as address, connected(address) as client:
+        for sent in (f"{{{words}}}", f" {{ {words}\n}} "):
+            client.send(sent)
+            assert client.recv() == f'{{{words}, "verdict": "unknown"}}'
+        client.send("{}")
+        assert json.loads(client.recv()).keys() == {"verdict", "error"}
+
+
+def test_a_topic_without_a_column_is_said_once(folder: Path) -> None:
+    notes = [f"no column is of the topic `/{name}`: the mapping has cmd_vel, door" for name in ("scan", "odom")]
+    with served(SAFE, notes=notes) as address:
+        for _ in range(2):
+            with connected(address) as client:
+                answers = asked(client, *({"topic": f"/{name}", "time": 1} for name in ("scan", "odom", "scan")))
+                assert [answer["verdict"] for answer in answers] == ["unknown"] * 3
+
+
+def test_pages_of_the_world_are_refused_and_wrong_handshakes_harm_nobody(folder: Path) -> None:
+    """A browser lets any page call this computer, and says where the page is from."""
+    note = "a page from `http://evil.example` was refused, and so are all that are not from this computer"
+    with served(SAFE, notes=[note], end=signal.SIGINT) as address, connected(address) as client:
+        for origin in ("http://evil.example", "null", "http://localhost.evil.example", "http://127.0.0.1@evil.example"):
+            with pytest.raises(websocket.WebSocketBadStatusException, match="403"):
+                websocket.create_connection(address, origin=origin, timeout=60)
+        host, port = address.removeprefix("ws://").split(":")
+        half = socket.create_connection((host, int(port)), timeout=60)  # it says half of what it should, and stays
+        half.sendall(b"GET / HTTP/1.1\r\nHost: ")
+        for garbage in (b"\x00" * 5000 + b"\r\n\r\n", b"GET / HTTP/1.1\r\n\r\n", b"POST / HTTP/1.1\r\n\r\n"):
+            with socket.create_connection((host, int(port)), timeout=60) as wrong:
+                wrong.sendall(garbage)
+                with suppress(OSError):
+                    while wrong.recv(4096):
+                        pass
+        others = [websocket.create_connection(address, origin="http://localhost:80", timeout=60) for _ in range(50)]
+        others[0].sock.sendall(b"\x81\xfe\xff")  # half a frame
+        for other in [client, *others[1:]]:
+            assert asked(other, door(1, True))[0]["verdict"] == "unknown"
+    half.close()
+    for other in others:
+        other.shutdown()
 
 
 def test_one_topic_is_the_letters_and_services_are_topics(folder: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from llfsm_verify.cli.arguments import choice, only, output, repeatable, syntax
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.report.formats import REPORTS
+from llfsm_verify.runtime.deciding.logs.oracles import ORACLES
 
 LOOPBACK = "127.0.0.1"
 
@@ -53,4 +54,5 @@ def arguments(parser: Parser) -> None:
     )
     add("--mapping", metavar="FILE", help="serve: which field of a message gives which slot, as for check-recording")
     add("--host", metavar="ADDRESS", default=LOOPBACK, help="serve: where to listen (default: %(default)s)")
+    add("--oracle", choices=ORACLES, default="rosmonitoring", help="serve: whose monitors (default: %(default)s)")
     add("--filter", action="store_true", help="serve: refuse messages that violate a property, and go on without them")

@@ -95,7 +95,7 @@ def _serve(options: Namespace) -> int:
     told(lines, arrangement, stamped=True)
     if not lines.goals:
         raise UsageError("there is no property")
-    ORACLES.load("rosmonitoring")(
+    ORACLES.load(options.oracle)(
         LogReading(arrangement, lines, options.mapping, "a message"), options.host, options.serve,
         filtering=options.filter, tell=lambda line: print(line, flush=True),
     )  # fmt: skip

@@ -65,7 +65,8 @@ def cell_text(value: object) -> str | None:
     if isinstance(value, float):
         return f"{Decimal(repr(value)):f}" if math.isfinite(value) else None
     if isinstance(value, Decimal):
-        return f"{value:f}" if value.is_finite() else None
+        digits = "f" if value.is_finite() and abs(value.adjusted()) < 1000 else ""  # 1e999999999 has too many
+        return f"{value:{digits}}" if value.is_finite() else None
     if isinstance(value, date | time):
         return value.isoformat()
     return None
