@@ -20,7 +20,7 @@ ENTRIES = {
     "llfsm_verify.arrangements": (
         Entry(
             "crops", f"{__name__}.format:read_transition_file", "a transition file of CROPS",
-            begins=r"(?:\s|#.*|---.*|%.*)*+-\s+state[ \t]*:",
+            begins=r"""(?:\s|#.*|---.*|%.*)*+-\s+(?:\{\s*)?(["']?)state\1[ \t]*:""",
         ),
     ),
 }  # fmt: skip

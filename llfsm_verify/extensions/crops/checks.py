@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from llfsm_verify import Diagnostic
 from llfsm_verify.extensions.crops.codes import ENDLESS, LABEL, TARGET, UNDECLARED, UNMAPPED
 from llfsm_verify.extensions.crops.states import State
-from llfsm_verify.extensions.crops.transitions import LIKENESS, TROUBLES, Stage, Transitions, near
+from llfsm_verify.extensions.crops.transitions import LIKENESS, TROUBLES, Stage, Transitions, meant, near
 from llfsm_verify.plug import Span
 
 LISTED = 20
@@ -47,7 +47,10 @@ def _targets(found: Transitions, ends: Collection[str]) -> Iterator[Diagnostic]:
             target = move.target.text
             if target not in found.labels and target not in ends:
                 message = f"`{target[:60]}` is neither a label nor an outcome of the state machine"
-                hint = near(target, (*found.labels, *ends)) or f"write a label, or `StateMachine([…, {target[:60]!r}])`"
+                hint = (
+                    meant(found, target, (*found.labels, *ends))
+                    or f"write a label, or `StateMachine([…, {target[:60]!r}])`"
+                )
                 yield Diagnostic(TARGET, message, move.target.span, hint=hint)
     for end in ends:
         if end in found.labels:

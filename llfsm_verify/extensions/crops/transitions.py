@@ -182,6 +182,12 @@ def _stage(report: Report, item: Node) -> Stage | None:
     return Stage(label, about.text, found, mark(moves))
 
 
+def meant(found: Transitions, target: str, names: Iterable[str]) -> str | None:
+    """A hint that says which label was meant by a target that is none; None: none is known."""
+    label = next((stage.label.text for stage in found.stages if stage.about == target), None)
+    return near(target, names) if label is None else f"write `{label}`, the label of what this describes"
+
+
 def near(text: str, names: Iterable[str]) -> str | None:
     """A hint that names the one of these which may have been meant; None: none is similar."""
     close = get_close_matches(text[:100], list(names), 1, LIKENESS)
@@ -192,7 +198,7 @@ def _near(found: Transitions) -> Iterable[Diagnostic]:
     for stage in found.stages:
         for move in stage.moves.values():
             target = move.target.text
-            hint = None if target in found.labels else near(target, found.labels)
+            hint = None if target in found.labels else meant(found, target, found.labels)
             if hint is not None:
                 message = f"`{target[:60]}` is not a label, and is taken for a final outcome"
                 yield Diagnostic(NEAR, message, move.target.span, hint=hint)

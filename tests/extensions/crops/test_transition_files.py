@@ -35,6 +35,7 @@ WRONG = [
     (ONE[: ONE.index("transitions:")] + "transitions: §{}", "E544", "OUTCOME: STATE"),
     (ONE[: ONE.index("transitions:")] + "transitions: §[No fruit, Found_fruit]", "E030", "key: value"),
     (ONE.replace("Found_fruit: Exit", "Found_fruit: §Locate_fruit"), "W544", "Locate_fruits"),
+    (ONE.replace("Found_fruit: Exit", "Found_fruit: §Localizing fruits"), "W544", "write `Locate_fruits`, the label"),
     (ONE.replace("Locate_fruits\n      Found", "§!!str Locate_fruits\n      Found"), "E016", "remove"),
 ]
 
@@ -113,6 +114,8 @@ def test_a_file_is_told_by_its_beginning_in_a_moment(tmp_path: Path) -> None:
     banner = ("#" * 2_000 + "\n") * 100
     assert ARRANGEMENTS.told_by(f"%YAML 1.2\n--- \n{banner}\n{ONE}") == "crops"
     assert ARRANGEMENTS.told_by(f"{banner}name: a\n") is None
+    for begun in ("- {state: {", "-   'state' :", '- "state":\n', "-\n  state:"):
+        assert ARRANGEMENTS.told_by(begun) == "crops"
 
 
 def test_another_file_is_refused(tmp_path: Path) -> None:
@@ -169,6 +172,7 @@ class Number(State):
         ({"Pick_fruit": Numbers()}, ("Exit",), "E549", 16, "outcomes = ("),
         ({"Pick_fruit": Number()}, ("Exit",), "E549", 16, "outcomes = ("),
         ({}, ("Ende",), "E545", 13, "StateMachine([…, 'Exit'])"),
+        ({}, ("Moving arm to fruit",), "E545", 13, "StateMachine(["),
         ({}, ("Exits",), "E545", 13, "did you mean `Exits`?"),
         ({}, ("Exit", "Pick_fruit"), "E545", 16, "another name"),
         ({"Select_fruit": Scripted("Fruit selected")}, ("Exit",), "E548", 2, "`Exit`"),
