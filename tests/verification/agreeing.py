@@ -9,6 +9,7 @@ import re
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from random import Random
 from typing import cast
 
 from hypothesis import HealthCheck, Phase, given, reject, seed, settings
@@ -29,6 +30,7 @@ from llfsm_verify.testing.properties import properties, regular_properties
 from llfsm_verify.verification.differential import compare
 from llfsm_verify.verification.engines import ENGINES
 from llfsm_verify.verification.verify import checker
+from tests.arrangement.requests.drawn import asking
 from tests.kripke.labels.sensors import NARROW, WIDE, sensors
 from tests.quick import each, spread
 
@@ -78,10 +80,18 @@ def composed(draw: st.DrawFn) -> Problem:
     return arrangement, bound
 
 
+@st.composite
+def requested(draw: st.DrawFn) -> Problem:
+    """A plant of a request, often with an operator who lets machines enter states."""
+    made = asking(Random(draw(st.integers(0, 1 << 20))), small=True, properties=1)
+    arrangement = build_arrangement(made.document)
+    return arrangement, bind(arrangement, parse_properties([Source("random.ltl", f"p: {made.properties[0]}")]))
+
+
 def problems() -> st.SearchStrategy[Problem]:
-    """Three in five from the whole language, the others all about sensors, few values or many."""
+    """Half from the whole language, the others about sensors, with few values or many, or about requests."""
     whole = composed()
-    return st.sampled_from((whole, whole, whole, sensors(NARROW), sensors(WIDE))).flatmap(lambda s: s)
+    return st.sampled_from((whole, whole, whole, sensors(NARROW), sensors(WIDE), requested())).flatmap(lambda s: s)
 
 
 def results(problem: Problem) -> Iterator[tuple[str, Result]]:

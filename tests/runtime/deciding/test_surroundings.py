@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
@@ -23,7 +24,10 @@ from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.checking.replay.execution import Execution
-from llfsm_verify.diagnostics import Disagreement
+from llfsm_verify.checking.verdict import Options, Verdict
+from llfsm_verify.diagnostics import Disagreement, Source
+from llfsm_verify.limits import Limits
+from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.deciding import surroundings
@@ -31,6 +35,8 @@ from llfsm_verify.runtime.deciding.surroundings import Plants, TooManyWays
 from llfsm_verify.runtime.live.plan import runnable
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import Document, arrangements
+from llfsm_verify.verification.verify import verify
+from tests.arrangement.requests.drawn import asking
 from tests.cli.running import llfsm
 from tests.quick import FRESH, many, spread
 from tests.runtime.deciding.requests import Kind, Row, client, moves_of, port_runs, runs, world
@@ -432,3 +438,33 @@ def test_nothing_that_anybody_does_is_a_run_of_requests_too(tmp_path: Path) -> N
     (tmp_path / "b.yaml").write_text(lenient.replace(", timeout: 1s", ""), encoding="utf-8")
     other = llfsm("check-recording", str(path), "--arrangement", str(tmp_path / "b.yaml"))
     assert other.returncode == 0, other.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(40) if FRESH else (3, 20))
+def test_what_is_proved_with_plants_holds_in_runs_with_ports(seed: int, tmp_path: Path) -> None:
+    """Random arrangements beside a child that does what it likes. It begins the cycles, so that nothing is late."""
+    made = asking(Random(seed))
+    (tmp_path / "a.yaml").write_text(json.dumps(made.document))
+    child = [sys.executable, str(Path("tests/runtime/deciding/asked.py").resolve()), str(seed)]
+    world: Document = {
+        "kind": "process", "run": child, "clock": "external", "inputs": ["halt"], "outputs": ["grip"],
+        "on_failure": "stop", "requests": made.requests,
+    }  # fmt: skip
+    (tmp_path / "p.yaml").write_text(json.dumps({"ports": {"world": world}}))
+    record = str(tmp_path / "run.rec")
+    words = ("run", str(tmp_path / "a.yaml"), "--ports", str(tmp_path / "p.yaml"), "--for", "25s", "--record", record)
+    done = llfsm(*words)
+    assert done.returncode == 0 and "250 cycles" in done.stdout, done.stdout + done.stderr
+    checked = llfsm("check-recording", record)
+    assert checked.returncode == 0, checked.stdout + checked.stderr
+    asked = "\n".join(f"p{number}: {text}" for number, text in enumerate(made.properties))
+    found = verify(
+        build_arrangement(made.document), parse_properties([Source("p", asked)]),
+        Options(Limits(max_states=20_000)), "explicit",
+    )  # fmt: skip
+    proved = [p.name for p in found.properties if p.verdict is Verdict.HOLDS]
+    if proved:
+        texts = [f"{name}: {made.properties[int(name[1:])]}" for name in proved]
+        decided = llfsm("check-recording", record, "--allow-undecided", *(word for t in texts for word in ("-p", t)))
+        assert decided.returncode == 0, decided.stdout + decided.stderr
