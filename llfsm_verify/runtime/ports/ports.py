@@ -149,8 +149,14 @@ class RunLink:
         return None
 
     def follow(self, posts: Posts, slots: Mapping[str, Slot]) -> None:
-        """Post to this run from now on, whose frames have these slots."""
+        """Post to this run from now on; `slots`: where its frames have what."""
         first, self._posts, self._slots = self._posts is None, posts, slots
+        if first:
+            posts.post(dict(self.spec.events))
+            early, self._early = self._early, {}
+            self._give(early)
+            if self._first_cycle is not None:
+                self.cycle(*self._first_cycle)
         for name, value in list(self._pulses):
             posts.pulse(name, value, self._pulsed)
         if first:
@@ -559,7 +565,7 @@ class Ports:
                     self._open.append((link, link.port))
                 if spec.events:
                     _one_cycle(spec, posts)
-                link.pace, link.paced = pace if spec.paces else None, pace is not None
+                link.pace = pace if spec.paces else None
                 link.follow(posts, self._slots)
         except BaseException:
             self.close()

@@ -60,6 +60,15 @@ class Bench:
         self.ports.serve(0)
         self.loop.go(1)
 
+    def swap(self, code: LiveCode) -> None:
+        """Another run takes the place of this one, from its own beginning, but with what was posted."""
+        before, self.loop = self.board, Loop(code, held=starting_values(code.program))
+        self.board, self.slots = Shared("bench", self.loop), slots_of(code)
+        self.board.posts.adopt(before.posts)
+        self.ports.follow(self.board.posts, self.board.segment.newest, self.slots)
+        before.close()
+        self.loop.begin(0)
+
     def until(self, condition: Callable[[], bool]) -> None:
         """Turns, until something is so; the limit of the test ends them."""
         while not condition():

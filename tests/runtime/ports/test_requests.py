@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Mapping
+from copy import deepcopy
 from itertools import pairwise
 from pathlib import Path
 from random import Random
 
 import pytest
 
+from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.requests import IDLE, STATES, Request, RequestKind
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.jsonvalue import Json
@@ -20,8 +22,9 @@ from llfsm_verify.runtime.ports.port import AskingPort, PortSpec
 from llfsm_verify.runtime.ports.process.port import ProcessPort
 from llfsm_verify.values import Shown
 from tests.cli.running import llfsm
+from tests.runtime.live.runs import code_of
 from tests.runtime.ports.bench import bench, declared
-from tests.runtime.ports.picker import picker, port
+from tests.runtime.ports.picker import PICKER, picker, port
 
 SERVICE = """requests:
   locate: {kind: service, ask: locate, state: locate_state, sends: {gain: gain}, answers: {fruits: list.0.count}}"""
@@ -172,6 +175,49 @@ def test_what_is_under_way_where_the_run_ends_is_cancelled(tmp_path: Path) -> No
         made.end("stopped")
     lines = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
     assert lines[-2:] == [{"cancel": 1}, {"end": "stopped"}]
+
+
+def test_a_request_goes_on_when_a_machine_is_replaced(tmp_path: Path) -> None:
+    """Whose variables may take more room, so that frames have all others elsewhere."""
+    program = (
+        ANSWERS
+        + """
+    if "request" in message: number = message["request"]
+    if message.get("values", {}).get("doubled") == 4: say(answer=number, values={"list": [{"count": 4}]})
+"""
+    )
+    document = deepcopy(PICKER)
+    machine = document["machines"]["m"]["inline"]
+    machine["variables"] = {"list": {"type": {"array": "int32", "size": 9}}}
+    machine["states"][0]["internal"] += " list[level > 0 ? 1 : 0] = -1;"
+    hello = json.dumps({"hello": 1, "values": {"wants": 1}})
+    text = port(tmp_path, program, SERVICE, hello=hello).replace("{level: level}", WANTS)
+    with bench(*declared(text, tmp_path, picker()), code=picker()) as made:
+        made.until(made.has("locate_state", "WAITING"))
+        made.swap(code_of(build_arrangement(document)))
+        made.until(made.has("locate_state", "WAITING"))
+        made.board.posts.post({"level": 2})
+        made.until(made.has("locate_state", "DONE"))
+        made.board.posts.post({"wants": 0})
+        made.until(made.has("locate_state", IDLE))
+        assert made.value("fruits") == 4 and made.said == []
+
+
+def test_an_answer_that_does_not_fit_is_a_failure(tmp_path: Path) -> None:
+    """Else the machine would take an older one for it."""
+    program = (
+        ANSWERS
+        + """
+    if "request" in message:
+        say(answer=message["request"], values={"list": [{"count": 10}]})
+"""
+    )
+    hello = json.dumps({"hello": 1, "values": {"wants": 1}})
+    text = port(tmp_path, program, SERVICE, hello=hello).replace("{level: level}", WANTS)
+    with bench(*declared(text, tmp_path, picker()), code=picker()) as made:
+        made.until(made.has("locate_state", "FAILED"))
+        assert made.value("fruits") == 0 and made.ports.counts["p"].refused == 1
+        assert made.said == ["port p: a value is refused: fruits: `10` is not a number from 0 to 9"]
 
 
 def test_states_are_called_as_the_plant_calls_them(tmp_path: Path) -> None:
