@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import cast
 
 from llfsm_verify.arrangement.files import read_source
-from llfsm_verify.arrangement.requests import STATES, Request, RequestKind
+from llfsm_verify.arrangement.requests import IDLE, STATES, UNDER_WAY, Request, RequestKind
 from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.program.program import Choice
@@ -199,8 +199,10 @@ class _Reader:
                 "E034", f"{what} has neither `inputs` nor `outputs`", key.span, "write `inputs: {NAME: FIELD}`"
             )
         values = self._values(found.get("values"))
+        before = len(report.diagnostics)
         requests = self._requests(found.get("requests"), kind, values, what)
-        self._fit(found.get("values"), values, inputs, outputs, requests, what)
+        if len(report.diagnostics) == before:  # else it is not known what the port has
+            self._fit(found.get("values"), values, inputs, outputs, requests, what)
         never = frozenset(inputs) & self._free.keys()
         if never and asked_of(kind) is None:
             message = f"`{min(never)}` never changes, and a port of this kind reads nothing before the run"
@@ -325,6 +327,9 @@ class _Reader:
         fields: dict[str, dict[str, str]] = {}
         for part in ("sends", "answers", "feedback"):
             fields[part] = self._entries(found.get(part), part, kind, told)
+            if part != "sends" and (never := fields[part].keys() & self._free.keys()):
+                message = f"`{min(never)}` never changes, so {told} cannot change it"
+                self.report.error(MISFIT, message, mark(found[part]), "name it under `inputs`, or let it change")
         if "feedback" in found and words["kind"] == "service":
             self.report.error(
                 MISFIT, f"{told} has `feedback`, and a service has none", mark(found["feedback"]), "leave it out"
@@ -407,7 +412,13 @@ class _Reader:
         kind = cast(RequestKind, words["kind"])
         needed = [one for one in STATES[kind] if one != "TIMED_OUT" or timeout is not None]
         lacking = [one for one in needed if values.get(one, one) not in self._inputs[state].labels]
-        if lacking:
+        parts = ((IDLE,), UNDER_WAY[kind], [one for one in needed if one not in (IDLE, *UNDER_WAY[kind])])
+        called = [{values.get(one, one) for one in part} for part in parts]
+        if twice := sorted(called[0] & called[1] | called[0] & called[2] | called[1] & called[2]):
+            message = f"with `values`, `{twice[0]}` stands for states of {told} that are not alike"
+            hint = f"let it stand for {IDLE}, for {' and '.join(UNDER_WAY[kind])}, or for ends"
+            self.report.error(MISFIT, message, at["state"], hint)
+        elif lacking:
             message = f"the type of `{state}`, the state of {told}, lacks {', '.join(lacking)}"
             hint = f"add it, or write `values: {{{lacking[0]}: …}}`"
             self.report.error(MISFIT, message, at["state"], hint)
