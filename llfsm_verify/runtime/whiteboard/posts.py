@@ -126,6 +126,8 @@ class Posts:
         self._lock = threading.RLock()
         self._issued: _Command | None = None
         self._waiting: deque[_Command] = deque()
+        self._pulses: deque[_Command] = deque()
+        """They wait behind commands, so that no port that floods keeps an operator waiting."""
         copy = ctypes.addressof(self._copy)
         self._writers = Writers(loop, self.words, LENT if lends and self._inputs else 0)
         self._writers.add(ctypes.addressof(self._segment), self._copy)
@@ -245,11 +247,11 @@ class Posts:
         that was posted last, so one must have been. Refused: there is no such input or value, or too many wait.
         """
         number = self.number(name, value)
-        if len(self._waiting) >= MOST_COMMANDS:
-            raise Refused(f"{MOST_COMMANDS} commands and events are waiting already")
+        if len(self._pulses) >= MOST_COMMANDS:
+            raise Refused(f"{MOST_COMMANDS} events are waiting already")
         place = self._choices[name][0]
         with self._lock:
-            self._waiting.append(_Command(place, place, number, taken))
+            self._pulses.append(_Command(place, place, number, taken))
             self.forward()
 
     @property
@@ -269,8 +271,8 @@ class Posts:
             if done is not None and block[control.TAKEN] != self._frame[at]:
                 return
             self._issued = None
-            if self._waiting:
-                self._issued = issued = self._waiting.popleft()
+            if waiting := self._waiting or self._pulses:
+                self._issued = issued = waiting.popleft()
                 store([self._frame[at] + 1, issued.choice, issued.value_choice, issued.value], self._frame, at)
                 self._publish()
             if done is not None:

@@ -73,12 +73,23 @@ def test_too_many_events_are_refused_and_counted(tmp_path: Path) -> None:
             made.ports.serve(0)
         made.ports.serve(0)
         refused = made.ports.counts["p"].refused
-        assert 0 < refused < 2000 and made.said == [
-            "port p: an event is refused: 1024 commands and events are waiting already"
-        ]
+        assert 0 < refused < 2000 and made.said == ["port p: an event is refused: 1024 events are waiting already"]
         for _ in range(2100):
             made.turn()
         assert made.value("pauses") == 2000 - refused
+
+
+def test_a_command_does_not_wait_for_the_events_before_it(tmp_path: Path) -> None:
+    text, writer, _ = pipes(tmp_path, EVENTS)
+    operated = code_of(build_arrangement({**PICKER, "operators": {"suspend": ["m"]}}))
+    with bench(*declared(text, tmp_path, operated), code=operated) as made:
+        say(writer, *["Hold"] * 50)
+        made.ports.serve(0)
+        taken: list[int] = []
+        made.board.posts.command("suspend", "m", taken=taken.append)
+        for _ in range(5):
+            made.turn()
+        assert taken and made.value("pauses") <= 3
 
 
 def test_events_need_cycles_of_one_process(tmp_path: Path) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-import select
 import signal
 import socket
 import subprocess
@@ -12,6 +11,8 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from signal import Signals
+
+from llfsm_verify.runtime.live.forks import readable
 
 PIECE = 1 << 14
 """Bytes of one read, so that who floods a port does not keep others waiting."""
@@ -59,7 +60,7 @@ class Child:
     @property
     def has_ended(self) -> bool:
         """Whether it has."""
-        return bool(select.select([self.ends], [], [], 0)[0])
+        return bool(readable((self.ends,), 0))
 
     def signal(self, number: Signals) -> None:
         """To it and to whatever it has started in its group."""

@@ -164,7 +164,7 @@ class ProcessPort(AskingPort):
         data = child.read()
         for line in self._lines.lines(data or b""):
             self._message(line)
-        if data == b"" and self._lines.restart():
+        if data == b"" and self._lines.restart() and self._leaving is None:
             self._link.malformed("a line has no end")
         return data is None or bool(data)
 
