@@ -312,6 +312,8 @@ def start(
     if twice:
         raise ValueError(f"`{twice[0]}` is held by `inputs`, and a port feeds it")
     if any(spec.paces for spec in specs):
+        if settings.rate not in (0, 1) or settings.strict:
+            raise ValueError("`rate` and overruns are about real time, and a port begins each cycle")
         settings, rounds = replace(settings, rate=Fraction(0), pace=Pace(rounds)), 0
     with ExitStack() as left:
         early = left.enter_context(opened_early(specs, how, code, said.append))

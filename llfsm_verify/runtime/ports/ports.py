@@ -371,6 +371,8 @@ class RunLink:
 
     def lost(self, why: str, *, forever: bool = False, fields: Collection[str] | None = None) -> None:
         """See `Link`."""
+        if forever and self.spec.paces and not self.over:
+            self.stop = self.stop or f"port {self.name}: {_harmless(why)}, so no cycle can begin"
         of = [name for name in self._heard if fields is None or self.spec.inputs[name] in fields]
         if of and (forever or fields is not None or self.spec.timeout is None):
             self._fail([name for name in of if name not in self._failed], why)

@@ -101,6 +101,10 @@ def test_a_world_that_dies_is_waited_for_or_ends_the_run(tmp_path: Path) -> None
     output, errors = ended(process)
     assert process.returncode == 1 and output.startswith("10 cycles "), (output, errors)
     assert ": stopped: port world: " in output
+    (tmp_path / "died").unlink()
+    process = started(LIGHTS, "--ports", ports(tmp_path, "die", failing="stale, restart: false"))
+    output, errors = ended(process)
+    assert process.returncode == 1 and "SIGKILL has ended it, so no cycle can begin" in output, (output, errors)
 
 
 @pytest.mark.slow
@@ -123,6 +127,9 @@ def test_what_does_not_go_with_an_external_clock(tmp_path: Path) -> None:
         done = llfsm("run", LIGHTS, "--ports", ports(tmp_path, "ok"), option, value)
         assert done.returncode == 2
         assert " is about real time, and port `world` begins each cycle (`clock: external`)" in done.stderr
+    for options in ({"rate": 2}, {"stop_on": ["overrun"]}):
+        with pytest.raises(ValueError, match="about real time, and a port begins each cycle"):
+            lv.load(LIGHTS).run(ports=ports(tmp_path, "ok"), **options)  # type: ignore[arg-type]
     done = llfsm("run", LIGHTS, "--ports", ports(tmp_path, "ok", clock="extern"))
     assert done.returncode == 3 and "error[E035]: `clock` of port `world` cannot be `extern`" in done.stderr
     other = "  b: {kind: process, run: x, clock: external, outputs: [ns_light]}\n"
