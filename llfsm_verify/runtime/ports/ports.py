@@ -12,7 +12,7 @@ from decimal import Decimal
 from functools import partial
 from math import ceil
 from types import MappingProxyType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, without_controls
@@ -445,17 +445,12 @@ def _in_cycles(request: Request, cycle_ms: float) -> Request:
 
 def _picked(fields: Mapping[str, str], values: Mapping[str, Json]) -> dict[str, Json]:
     """By name what a message has in the field of it: under the field itself, or where its dots lead."""
-    found = {}
+    found: dict[str, Json] = {}
     for name, path in fields.items():
-        part: Json = values.get(path)
-        if path not in values and inner(path):
-            part = dict(values)
-            for step in path.split("."):
-                if isinstance(part, list):
-                    part = part[int(step)] if step.isdecimal() and int(step) < len(part) else None
-                else:
-                    part = part.get(step) if isinstance(part, dict) else None
-        if part is not None or path in values:
+        part: Any = values
+        with suppress(LookupError, TypeError, ValueError):
+            for step in [path] if path in values or not inner(path) else path.split("."):
+                part = part[int(step) if isinstance(part, list) and step.isdecimal() else step]
             found[name] = part
     return found
 

@@ -73,7 +73,7 @@ UNFIT = {
     "infinite": ('{"count": 1e400}', "is not a number from 0 to 9"),
     "long to compute": ('{"count": 1e999999999}', "is not a number from 0 to 9"),
     "over 64 bits": ('{"count": 18446744073709551616}', "is not a number from 0 to 9"),
-    "nothing": ('{"count": null}', "it has no `list.0.count`"),
+    "nothing": ('{"count": null}', "a value is a word, a number"),
     "a mapping": ('{"count": {}}', "a value is a word, a number"),
     "missing": ("{}", "it has no `list.0.count`"),
     "another one is right": ('{"count": 3}, {"count": 11}', "is not a number from 0 to 9"),
