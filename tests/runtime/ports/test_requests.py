@@ -522,3 +522,47 @@ def test_a_recorded_run_keeps_to_the_plants_of_its_requests(seed: int, tmp_path:
     checked = llfsm("check-recording", record)
     assert checked.returncode == 0, checked.stdout + checked.stderr
     assert "satisfied  the run keeps to `locate`, `arm`" in checked.stdout
+
+
+CLOCKED = """
+import json, random, sys
+rng, asked, cycle = random.Random(int(sys.argv[1])), {}, 0
+def say(**message): print(json.dumps(message), flush=True)
+log = open("log", "w", buffering=1)
+for line in sys.stdin:
+    message = json.loads(line)
+    if "hello" in message: say(hello=1)
+    if "request" in message and rng.random() < 0.6: asked[message["request"]] = message["name"]
+    if "time" in message:
+        print(message["values"]["locate_state"], message["values"]["arm_state"], file=log)
+        cycle = message["cycle"] + 1
+    if "hello" in message or "cycle" in message:
+        for number, name in list(asked.items()):
+            if rng.random() < 0.05:
+                end = rng.choice(["DONE", "FAILED"] if name == "locate" else ["SUCCEEDED", "ABORTED", "LOST"])
+                say(answer=number, state=end, values={"fruit_list": {"count": rng.randrange(4)}})
+                del asked[number]
+        say(cycle=cycle, values={"halt": rng.random() < 0.02})
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+def test_with_an_external_clock_time_outs_are_those_of_the_plants(seed: int, tmp_path: Path) -> None:
+    """Whatever time it takes: both count cycles."""
+    (tmp_path / "a.yaml").write_text(Path("tests/arrangement/requests/picking.yaml").read_text(encoding="utf-8"))
+    (tmp_path / "other.py").write_text(CLOCKED)
+    (tmp_path / "a.ports.yaml").write_text(
+        f"ports:\n  robot:\n    kind: process\n    run: [{json.dumps(sys.executable)}, other.py, '{seed}']\n"
+        "    clock: external\n    inputs: [halt]\n    outputs: [arm_state, locate_state, robot, grip]\n"
+        "    on_failure: stop\n    requests:\n      locate: {answers: {fruits: fruit_list.count}}\n      arm: {}\n"
+    )
+    record = str(tmp_path / "run.rec")
+    words = ["run", str(tmp_path / "a.yaml"), "--ports", str(tmp_path / "a.ports.yaml"), "--for", "120s"]
+    done = llfsm(*words, "--record", record)
+    assert done.returncode == 0, done.stdout + done.stderr
+    checked = llfsm("check-recording", record)
+    assert checked.returncode == 0, checked.stdout + checked.stderr
+    assert "satisfied  the run keeps to `locate`, `arm`" in checked.stdout
+    seen = set((tmp_path / "log").read_text().split())
+    assert {"WAITING", "DONE", "FAILED", "TIMED_OUT", "ACTIVE", "LOST"} <= seen, seen
