@@ -312,13 +312,18 @@ def start(
     if twice:
         raise ValueError(f"`{twice[0]}` is held by `inputs`, and a port feeds it")
     if any(spec.paces for spec in specs):
-        if settings.rate not in (0, 1) or settings.strict:
-            raise ValueError("`rate` and overruns are about real time, and a port begins each cycle")
+        _refuse_real_time(settings)
         settings, rounds = replace(settings, rate=Fraction(0), pace=Pace(rounds)), 0
     with ExitStack() as left:
         early = left.enter_context(opened_early(specs, how, code, said.append))
         loop = settings.first(how, code, rounds=rounds, free=early.free)
         return LiveRun(Launch(draft, settings, how, loop, specs, early), left.pop_all(), said)
+
+
+def _refuse_real_time(settings: RunSettings) -> None:
+    """ValueError: an option does not go with cycles that a port begins."""
+    if settings.rate not in (0, 1) or settings.strict:
+        raise ValueError("`rate` and overruns are about real time, and a port begins each cycle")
 
 
 def _draft_of(given: Arrangement, settings: RunSettings) -> Draft | None:
