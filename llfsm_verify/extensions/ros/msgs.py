@@ -14,6 +14,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from llfsm_verify.extensions.ros.ros1_node.debian import named
+
 WHOLE = {f"{sign}int{bits}": (sign == "u", bits) for sign in ("", "u") for bits in (8, 16, 32, 64)}
 """Whole numbers: whether they have no sign, and their bits."""
 NUMBERS = (*WHOLE, "byte", "char", "float32", "float64")
@@ -127,7 +129,7 @@ class Messages:
                 except (OSError, UnicodeDecodeError) as error:
                     raise Unreadable(f"it cannot be read: {error}", "correct the file", str(path)) from None
         where = f"name a folder with {name}.msg under `messages`, or source the set-up file of a ROS 2"
-        raise Unreadable(f"there is no message {name}", where)
+        raise Unreadable(f"there is no message {name}", where + named(name.partition("/")[0], "ros"))
 
     def at(self, name: str, path: Iterable[str]) -> Plain | Text:
         """The type of the value at a path of fields and numbers of elements in a message. Unreadable."""

@@ -67,6 +67,8 @@ from llfsm_verify.plug import (
 
 NAME = re.compile(r"[~/]?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*\Z")
 PARAMETER, ASKED, ANSWERED = "param:", "asked", "answered"
+PARAMETER_WRONG = re.compile(r"(?:there is no|the) parameter (\S+?)(?:;| is .* does not have$)", re.DOTALL)
+"""How `ros1_node` says so."""
 PYTHON = "/usr/bin/python3"
 NODE = str(Path(__file__).with_name("ros1_node"))
 QUEUE, MOST_QUEUE = 100, 100_000
@@ -177,6 +179,8 @@ class Ros1(PortKind):
         told: dict[str, Json] = {
             "node": named.get("node"), "messages": list(folders), "topics": topics, "services": services,
             "events": list(_events(found)), "when": "when" in found,
+            "values": [key.text for key, _ in values.items] if isinstance(values := found.get("values"), MappingNode)
+            else [],
         }  # fmt: skip
         hint = "start `roscore`, set ROS_MASTER_URI, or correct the file of ports"
         started = ProcessSettings((python, NODE), str(Path(folder).resolve()), told, *timing, hint=hint).started
@@ -185,7 +189,10 @@ class Ros1(PortKind):
             try:
                 return started.start(link)
             except Unopened as problem:  # the words of its command line are not the user's
-                raise Unopened(str(problem).partition("`: ")[2] or str(problem), problem.hint) from None
+                why = str(problem).partition("`: ")[2] or str(problem)
+                wrong = PARAMETER_WRONG.match(why)
+                hint = f"run `rosparam set {wrong[1]} VALUE`, or correct the file of ports" if wrong else problem.hint
+                raise Unopened(why, hint) from None
 
         return Started(start)
 

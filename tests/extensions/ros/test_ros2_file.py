@@ -39,6 +39,7 @@ WRONG = [
     ("/cmd_vel.linear.x", "§/cmd_vel.linear.x.y", "E493", "write `geometry_msgs/msg/Twist.linear.x`"),
     ("std_msgs/msg/Bool", "§std_msgs/Bool", "E493", "write `std_msgs/msg/Bool`"),
     ("std_msgs/msg/Bool", "§std_msgs/msg/Bol", "E493", "name a folder with std_msgs/msg/Bol.msg"),
+    ("std_msgs/msg/Bool", "§nav_msgs/msg/Bol", "E493", "(on Debian: apt-get install ros-nav-msgs)"),
     ("{/door: std", "{§door: std", "E493", "the first one before"),
     ("depth: 3", "depth: §0", "E493", "from 1 to 10000"),
     ("best_effort", "§best", "E035", "`best_effort`"),

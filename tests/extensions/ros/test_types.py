@@ -40,7 +40,12 @@ WRONG = {
     ("topic", "Float64", "data"): "`Float64` is not the name of a type | write PACKAGE/TYPE, such as std_msgs/Float64",
     ("topic", "std_msgs/Flot64", "data"): "package std_msgs has no message `Flot64` | did you mean `std_msgs/Float64`?",
     ("topic", "crop_msgs/Fruit", "data"): "there is no package `crop_msgs` with messages"
-    " | install it, source its workspace, or name the folder that has it under `messages`",
+    " | install it, source its workspace, or name the folder that has crop_msgs/msg/Fruit.msg under `messages`",
+    ("service", "pcl_msgs/UpdateFilename", "x"): "there is no package `pcl_msgs` with services"
+    " | install it (on Debian: apt-get install python3-pcl-msgs), source its workspace, or name the folder that has "
+    "pcl_msgs/srv/UpdateFilename.srv under `messages`",
+    ("action", "crop_msgs/Pick", "x"): "there is no package `crop_msgs` with actions"
+    " | install it, source its workspace, or name the folder that has crop_msgs/action/Pick.action under `messages`",
     ("service", "crops_msgs/Fruit", "row"): "package crops_msgs has no service `Fruit`"
     " | did you mean `crops_msgs/Fruits_req`?",
     ("action", "crops_msgs/moveHand", "x"): "package crops_msgs has no action `moveHand` | it has moveArm",

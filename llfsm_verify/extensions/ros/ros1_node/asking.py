@@ -11,7 +11,7 @@ import rospy
 from actionlib import CommState, TerminalState
 
 from .channel import Channel, nested
-from .fields import Field, Json, Unfit
+from .fields import Field, Json, Unfit, digits_of
 from .messages import Types
 
 POLL = 0.01
@@ -23,10 +23,7 @@ class _Filled:
 
     def __init__(self, message: Any, fields: Mapping[str, Mapping[str, Any]], output: bool) -> None:
         self._message = message
-        self._fields = [
-            (name, Field(message, name, output=output), -1 if of["labels"] or of["boolean"] else of["digits"])
-            for name, of in fields.items()
-        ]
+        self._fields = [(name, Field(message, name, output=output), digits_of(of)) for name, of in fields.items()]
 
     def filled(self, values: Mapping[str, Json]) -> Any:
         """A new message. Unfit."""
@@ -197,7 +194,7 @@ class Action:
                 except Unfit as problem:
                     self._channel.say(f"{self._name}: feedback of {self._action}: {problem}")
                 else:
-                    self._channel.tell({"state": of.state, "of": number, "values": nested(values)})
+                    self._channel.feed(number, of.state, nested(values))
 
     def _end(self, number: int, state: str, values: Dict[str, Json]) -> None:
         if self._goals.pop(number, None) is not None:

@@ -30,6 +30,10 @@ class Channel:
         self._waiting: List[Dict[str, Any]] = []
         self._newest: Optional[Dict[str, Any]] = None
         """The last of what waits, if newer values may join it."""
+        self._fed: Dict[int, Dict[str, Any]] = {}
+        """Feedback that waits, by the request; newer one takes its place."""
+        self._full = False
+        """Whether something was left out."""
         self._writes = True
         """Somebody writes; until `first`, nobody may."""
 
@@ -52,9 +56,7 @@ class Channel:
         with self._lock:
             if event or self._newest is None:
                 self._newest = None if event else {}
-                self._waiting.append(self._newest if self._newest is not None else dict(values))
-                if len(self._waiting) > MOST_WAITING:
-                    del self._waiting[0]
+                self._append(self._newest if self._newest is not None else dict(values))
             if self._newest is not None:
                 self._newest.update(values)
         self._write()
@@ -63,8 +65,29 @@ class Channel:
         """Tell something else, after all that waits."""
         with self._lock:
             self._newest = None
-            self._waiting.append({"": message})
+            self._append({"": message})
         self._write()
+
+    def feed(self, number: int, state: str, values: Mapping[str, Any]) -> None:
+        """Tell the feedback of a request, in the place of one that waits."""
+        with self._lock:
+            waiting = self._fed.get(number, {})
+            if waiting.get("state") != state:
+                waiting = self._fed[number] = {"state": state, "of": number}
+                self._newest = None
+                self._append({"": waiting})
+            waiting["values"] = values
+        self._write()
+
+    def _append(self, what: Dict[str, Any]) -> None:
+        """Let it wait; what waits longest makes room, unless it belongs to a request."""
+        if len(self._waiting) >= MOST_WAITING:
+            may_go = (not {"of", "answer"} & one.get("", one).keys() for one in self._waiting)
+            least = next((number for number, may in enumerate(may_go) if may), None)
+            if least is not None:
+                del self._waiting[least]
+            self._full = True
+        self._waiting.append(what)
 
     def lost(self, fields: List[str], why: str) -> None:
         """Tell that these inputs have failed."""
@@ -81,7 +104,10 @@ class Channel:
             self._writes = True
         while True:
             with self._lock:
-                waiting, self._waiting, self._newest = self._waiting, [], None
+                waiting, self._waiting, self._newest, self._fed = self._waiting, [], None, {}
+                if self._full:
+                    self._full = False
+                    waiting.append({"": {"say": "the run does not read as fast as messages come: some are left out"}})
                 if not waiting:
                     self._writes = False
                     return

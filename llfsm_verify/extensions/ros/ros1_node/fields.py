@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from decimal import ROUND_HALF_EVEN, Decimal, InvalidOperation
-from typing import Any, Callable, Dict, List, Optional, Tuple, Union
+from typing import Any, Callable, Container, Dict, List, Mapping, Optional, Tuple, Union
 
 from .messages import class_of, fields_of, listed
 
@@ -23,6 +23,23 @@ LONGEST = 100_000
 """Elements of an array that an output may reach."""
 
 Json = Union[None, bool, int, float, str]
+
+
+def digits_of(of: Mapping[str, Any]) -> int:
+    """The decimals to which numbers for an input of this type are rounded; -1: they are not."""
+    return -1 if of["labels"] or of["boolean"] else int(of["digits"])
+
+
+def fits(value: Json, of: Mapping[str, Any], known: Container[str]) -> bool:
+    """Whether an input of this type can have a value; `known`: texts that the file of ports says in other words."""
+    text = ("false", "true")[value] if isinstance(value, bool) else str(value)
+    if text in known or of["labels"] or of["boolean"]:
+        return text in known or text in (of["labels"] or ("false", "true"))
+    try:
+        number = Decimal(text).scaleb(of["digits"])
+    except InvalidOperation:
+        return False
+    return number.is_finite() and of["low"] <= number <= of["high"]
 
 
 class NoField(Exception):
@@ -170,10 +187,10 @@ def _stored(value: Json, of: str) -> Any:
 def _time(number: Decimal, of: str) -> Any:
     from genpy import Duration, Time
 
-    nanoseconds = int(number.scaleb(9).to_integral_value(ROUND_HALF_EVEN))
-    seconds, rest = divmod(nanoseconds, 10**9)
-    low, high = (0, 2**32 - 1) if of == "time" else (-(2**31), 2**31 - 1)
-    if not low <= seconds <= high:
+    low, high = (0, 2**32) if of == "time" else (-(2**31), 2**31)
+    within = low - 1 <= number <= high  # before it has as many digits as its exponent says
+    seconds, rest = divmod(int(number.scaleb(9).to_integral_value(ROUND_HALF_EVEN)) if within else -1, 10**9)
+    if not within or not low <= seconds < high:
         raise Unfit(f"cannot be {number}, because it is a {of}")
     return (Time if of == "time" else Duration)(seconds, rest)
 

@@ -14,6 +14,8 @@ import genmsg
 import genmsg.msg_loader as loader
 from genpy.generator import msg_generator, srv_generator
 
+from . import debian
+
 RULE = "\n" + "=" * 80 + "\n"
 """Between a definition and those that it uses, in the full text of a class."""
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*\Z")
@@ -86,7 +88,9 @@ class Types:
                 raise NoType(f"package {package} cannot be imported: {error}", "install what it needs") from None
             if any((folder / package).is_dir() for folder in self._folders):
                 raise self._absent(package, kind, base, ()) from None
-            hint = "install it, source its workspace, or name the folder that has it under `messages`"
+            file = f"{package}/{kind}/{base[: -len('Action')] if kind == 'action' else base}.{kind}"
+            install = f"install it{debian.named(package, 'python3')}"
+            hint = f"{install}, source its workspace, or name the folder that has {file} under `messages`"
             raise NoType(f"there is no package `{package}` with {_WORDS[kind]}", hint) from None
         except Exception as error:  # noqa: BLE001 - whatever it raises
             why = f"package {package} cannot be imported: {type(error).__name__}: {error}"

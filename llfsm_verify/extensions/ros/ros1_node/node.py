@@ -12,7 +12,7 @@ import re
 import threading
 import time
 import xmlrpc.client
-from typing import Any, Dict, List, Mapping, Optional, Set
+from typing import Any, Container, Dict, List, Mapping, Optional, Set
 
 import rosgraph
 import rospy
@@ -20,8 +20,8 @@ from rospy.impl.registration import Registration, get_registration_listeners, ge
 
 from .asking import Action, Service
 from .channel import Channel, flat, nested
-from .fields import Field, NoField, Unfit, rounded
-from .messages import NoType, Types
+from .fields import Field, NoField, Unfit, digits_of, fits, rounded
+from .messages import NoType, Types, fields_of
 from .serving import Server
 
 PARAMETER = "param:"
@@ -29,6 +29,8 @@ LOOKS, CALLS = 0.1, 1.0
 """Seconds between two looks at connections, and between two calls of the master."""
 PATIENCE = 2.0
 """Seconds in which the master must answer at first."""
+READER = re.compile(r"types do not match: \[(.*?)\] vs. \[(.*?)\]\{.*'callerid': '(.*?)'.*'topic': '(.*?)'")
+"""What rospy says of a subscriber of another type: the two types, its name and that of the topic."""
 FLUSHING = 0.8
 """Seconds in which the last messages must have gone."""
 
@@ -47,8 +49,9 @@ def run() -> None:
     try:
         node = Node(channel, hello)
         channel.first({"hello": 1, "values": nested(node.parameters)})
-    except (Unfound, NoType, NoField) as problem:
-        channel.first({"say": str(problem)})
+    except Exception as problem:  # noqa: BLE001 - rospy raises its own, and a broken master any
+        told = isinstance(problem, (Unfound, NoType, NoField))
+        channel.first({"say": str(problem) if told else f"{type(problem).__name__}: {problem}"})
         os._exit(1)
     for said in lines:
         node.hear(said)
@@ -92,7 +95,9 @@ class Output:
     def __init__(self, topic: str, message: Any, fields: List[str]) -> None:
         self.topic = topic
         self._write = {name: Field(message, name[len(topic) + 1 :], output=True) for name in fields}
-        self._message, self._last = message(), None  # type: Any, Optional[Dict[str, Any]]
+        self._message = message()
+        self._last: Optional[Dict[str, Any]] = None
+        self._stamped = fields_of(message).get("header") == "std_msgs/Header" and f"{topic}.header.stamp" not in fields
         self.publisher: Any = None
 
     def send(self, values: Mapping[str, Any], always: bool) -> None:
@@ -106,7 +111,7 @@ class Output:
                 self._write[name].put(self._message, value)
             except Unfit as problem:
                 raise Unfit(f"{name} {problem}; nothing is published to {self.topic}") from None
-        if "header" in self._message.__slots__ and "header.stamp" not in {f.path for f in self._write.values()}:
+        if self._stamped:
             self._message.header.stamp = rospy.get_rostime()
         self.publisher.publish(self._message)
 
@@ -118,38 +123,52 @@ class Node:
         self._channel, told = channel, hello["told"]
         self._master = rosgraph.get_master_uri()
         try:
-            self._process: Optional[int] = self._call()
-        except (OSError, ValueError) as error:
-            raise Unfound(f"there is no ROS master at {self._master}: {error}") from None
+            self._knows()
+        except Exception as error:  # noqa: BLE001 - whatever says it, it is no master
+            why = error if isinstance(error, (OSError, http.client.InvalidURL)) else f"its answer is not one ({error})"
+            where = self._master or "ROS_MASTER_URI, which is empty"
+            raise Unfound(f"there is no ROS master at {where}: {why}") from None
         types = Types(told.get("messages", ()))
         name = told.get("node")
         rospy.init_node(name or "llfsm", argv=[], anonymous=not name, disable_signals=True)
         for logger in ("rospy.internal", "rosout"):
             logging.getLogger(logger).addHandler(_Listener(self))
+        self._over = False
         rospy.core.add_preshutdown_hook(self._shut_down)
         self._always = bool(told.get("when"))
-        digits = {field: -1 if of["labels"] or of["boolean"] else of["digits"] for field, of in hello["inputs"].items()}
-        self.parameters = {f: _parameter(f, d) for f, d in digits.items() if f.startswith(PARAMETER)}
+        known, inputs = told.get("values", ()), hello["inputs"]
+        self.parameters = {f: _parameter(f, of, known) for f, of in inputs.items() if f.startswith(PARAMETER)}
         self._values: Dict[str, Any] = {}
-        self._connect(told, types, digits, list(hello["outputs"]))
+        self._connect(told, types, inputs, list(hello["outputs"]), known)
         self._asked: Dict[str, Any] = {}
         for name, of in hello.get("requests", {}).items():
             if of["kind"] not in of:
                 raise Unfound(f"the request {name} is of the kind {of['kind']}; write `{of['kind']}: /NAME` for it")
             self._asked[name] = (Action if of["kind"] == "action" else Service)(channel, name, of, types)
-        self._over = False
         for act in (self._look, self._watch_master):
             threading.Thread(target=act, daemon=True).start()
 
-    def _connect(self, told: Mapping[str, Any], types: Types, digits: Mapping[str, int], outputs: List[str]) -> None:
+    def _connect(
+        self, told: Mapping[str, Any], types: Types, inputs: Mapping[str, Any], outputs: List[str],
+        known: Container[str],
+    ) -> None:  # fmt: skip
+        for what in ("topics", "services"):
+            resolved: Dict[str, str] = {}
+            for name in told.get(what, {}):
+                first = resolved.setdefault(rospy.resolve_name(name), name)
+                if first != name:
+                    raise Unfound(
+                        f"`{first}` and `{name}` are the same here, {rospy.resolve_name(name)}: write one name"
+                    )
         events = set(told.get("events", ()))
         self._inputs: List[Input] = []
         self._outputs: List[Output] = []
         self._servers = [
-            Server(self._channel, name, of, types, digits, outputs) for name, of in told.get("services", {}).items()
+            Server(self._channel, name, of, types, inputs, outputs, known)
+            for name, of in told.get("services", {}).items()
         ]
         for topic, of in told.get("topics", {}).items():
-            read = {f: d for f, d in digits.items() if f.startswith(f"{topic}.")}
+            read = {f: digits_of(of_it) for f, of_it in inputs.items() if f.startswith(f"{topic}.")}
             written = [f for f in outputs if f.startswith(f"{topic}.")]
             message = types.message(of["type"])
             if read:
@@ -182,7 +201,7 @@ class Node:
                 output.send(values, always)
             except Unfit as problem:
                 self._channel.say(str(problem))
-            except rospy.ROSException as error:  # it is closed, or a field cannot be written
+            except Exception as error:  # noqa: BLE001 - it is closed, or a field cannot be written
                 self._channel.say(f"nothing is published to {output.topic}: {error}")
         for server in self._servers:
             server.hear(values)
@@ -214,36 +233,42 @@ class Node:
 
     def other_type(self, text: str, thread: str) -> None:
         """A connection of rospy fails because of a type; a thread that connects has the name of the topic."""
+        told = re.search(r"Client \[.*|topic types do not match[^{]*", text)
+        why = (told.group() if told else text).split("  Will try")[0][:400]
         for one in self._inputs:
             if one.subscriber.resolved_name == thread:
-                self._channel.lost(one.fields, f"{one.topic} has another type at its publisher: {text}")
+                self._channel.lost(one.fields, f"{one.topic} has another type at its publisher: {why}")
                 return
-        self._channel.say(text)
+        reader = READER.search(text)
+        self._channel.say("{2} reads {3} as {0}, and here it is {1}".format(*reader.groups()) if reader else why)
 
     def _shut_down(self, reason: str) -> None:
         if not self._over:
             self._channel.tell({"lost": [], "why": f"the node was shut down: {reason}"})
 
-    def _call(self) -> int:
-        """Who the master is. Raises OSError and ValueError."""
-        found: Any = xmlrpc.client.ServerProxy(self._master, transport=_Timely()).getPid("/llfsm")
-        return int(found[2])
+    def _knows(self) -> bool:
+        """Whether the master knows this node. Raises whatever a wrong one makes of it."""
+        server: Any = xmlrpc.client.ServerProxy(self._master, transport=_Timely())
+        code, _, _ = server.lookupNode("/llfsm", rospy.get_name())
+        return bool(code == 1)
 
     def _watch_master(self) -> None:
-        """Tell when the master is gone, and register again with the one that comes."""
+        """Tell when the master is gone, and register again with one that does not know this node any more."""
+        there, begun = True, False  # at the first look, rospy may be about to register
         while not self._over:
             time.sleep(CALLS)
             try:
-                process = self._call()
+                knows = self._knows()
             except Exception:  # noqa: BLE001 - whatever it says, it is no master
-                if self._process is not None and not self._over:
+                if there and not self._over:
                     self._channel.say(f"the ROS master at {self._master} is gone; connections stay")
-                self._process = None
+                there = False
                 continue
-            if process != self._process:
-                self._register()
+            if begun and not (there and knows):
+                if not knows:
+                    self._register()
                 self._channel.say(f"the ROS master at {self._master} is back, and knows this node again")
-            self._process = process
+            there = begun = True
 
     def _register(self) -> None:
         added = get_registration_listeners().notify_added
@@ -267,10 +292,7 @@ class _Listener(logging.Handler):
         """See `logging.Handler`."""
         text = record.getMessage()
         if "md5sum" in text or "types do not match" in text:
-            told = re.search(r"Client \[.*|topic types do not match.*", text)
-            self._node.other_type(
-                (told.group() if told else text).split("  Will try")[0][:400], record.threadName or ""
-            )
+            self._node.other_type(text, record.threadName or "")
 
 
 class _Timely(xmlrpc.client.Transport):
@@ -283,7 +305,7 @@ class _Timely(xmlrpc.client.Transport):
         return made
 
 
-def _parameter(field: str, digits: int) -> Any:
+def _parameter(field: str, of: Mapping[str, Any], known: Container[str]) -> Any:
     """The value of a parameter, or of a part of it. Unfound."""
     name, *parts = field[len(PARAMETER) :].split(".")
     try:
@@ -294,12 +316,17 @@ def _parameter(field: str, digits: int) -> Any:
         raise Unfound(f"there is no parameter {rospy.resolve_name(name)}; there are {hint}") from None
     for part in parts:
         try:
-            value = value[int(part)] if isinstance(value, list) else value[part]
+            value = value[int(part) if part.isdecimal() else len(value)] if isinstance(value, list) else value[part]
         except (KeyError, IndexError, ValueError, TypeError):
             raise Unfound(f"the parameter {name} is {value!r}, which has no `{part}`") from None
     if isinstance(value, (list, dict)):
         raise Unfound(f"the parameter {name} is {value!r}; name one of its values: `{field}.…`")
-    return rounded(value, digits) if isinstance(value, float) and digits >= 0 else value
+    if isinstance(value, float) and digits_of(of) >= 0:
+        value = rounded(value, digits_of(of))
+    if not isinstance(value, (bool, int, float, str)) or not fits(value, of, known):
+        shown = repr(value) if isinstance(value, (bool, int, float, str)) else f"a {type(value).__name__}"
+        raise Unfound(f"the parameter {rospy.resolve_name(name)} is {shown}, which its input does not have")
+    return value
 
 
 def _has_more(output: Output) -> bool:

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import Any, Dict, List, Mapping
+from typing import Any, Container, Dict, List, Mapping
 
 import rospy
 
 from .channel import Channel
-from .fields import Field, Unfit
+from .fields import Field, Unfit, digits_of, fits
 from .messages import Types
 
 ASKED, ANSWERED = "asked", "answered"
@@ -25,17 +25,18 @@ class Server:
     """One service. NoType; NoField."""
 
     def __init__(
-        self, channel: Channel, name: str, of: Mapping[str, Any], types: Types, digits: Mapping[str, int],
-        outputs: List[str],
+        self, channel: Channel, name: str, of: Mapping[str, Any], types: Types, inputs: Mapping[str, Any],
+        outputs: List[str], known: Container[str],
     ) -> None:  # fmt: skip
         self._channel, self._timeout = channel, float(of["timeout"])
         made = types.service(of["type"])
         begin, self._response = len(name) + 1, made._response_class
         self._asked, self._answered = f"{name}.{ASKED}", f"{name}.{ANSWERED}"
         self._reads = [
-            (field, Field(made._request_class, field[begin:]), digits[field])
-            for field in digits if field.startswith(f"{name}.") and field != self._asked
+            (field, Field(made._request_class, field[begin:]), of_it)
+            for field, of_it in inputs.items() if field.startswith(f"{name}.") and field != self._asked
         ]  # fmt: skip
+        self._known = known
         self._writes = [
             (field, Field(self._response, field[begin:], output=True))
             for field in outputs if field.startswith(f"{name}.") and field != self._answered
@@ -51,10 +52,14 @@ class Server:
             self._heard.notify_all()
 
     def _serve(self, request: Any) -> Any:
-        try:
-            given = {name: field.get(request, digits) for name, field, digits in self._reads}
-        except Unfit as problem:
-            raise rospy.ServiceException(f"a field of the request {problem}") from None
+        given = {}
+        for name, field, of in self._reads:
+            try:
+                given[name] = value = field.get(request, digits_of(of))
+            except Unfit as problem:
+                raise rospy.ServiceException(f"{field.path} {problem}") from None
+            if not fits(value, of, self._known):  # the arrangement would answer with the value before
+                raise rospy.ServiceException(f"{field.path} cannot be {value!r}, which its input does not have")
         limit = time.monotonic() + self._timeout
         if not self._turn.acquire(timeout=self._timeout):
             raise rospy.ServiceException("other requests are before this one")
