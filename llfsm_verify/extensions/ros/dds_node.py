@@ -14,7 +14,9 @@ import copy
 import json
 import math
 import os
+import re
 import select
+import socket
 import sys
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -32,7 +34,18 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
-from llfsm_verify.extensions.ros.msgs import Many, Messages, Named, Plain, Text, Type, Unreadable, number, starting
+from llfsm_verify.extensions.ros.msgs import (
+    COUNT,
+    Many,
+    Messages,
+    Named,
+    Plain,
+    Text,
+    Type,
+    Unreadable,
+    number,
+    starting,
+)
 
 if TYPE_CHECKING:
     from cyclonedds.builtin_types import DcpsEndpoint
@@ -117,11 +130,14 @@ class Classes:
 
 
 def shown(value: Any, of: Mapping[str, Any]) -> bool | int | str:
-    """The value of a field for a slot of this type: decimals are rounded to those of the slot."""
-    if isinstance(value, float):
-        plain = math.isfinite(value) and not of["labels"] and not of["boolean"]
-        return f"{value:.{of['digits']}f}" if plain else str(value)
-    return value  # type: ignore[no-any-return]
+    """The value of a field for a slot of this type: decimals are rounded to those of the slot. ValueError: no slot
+    has it.
+    """
+    if not isinstance(value, float):
+        return value  # type: ignore[no-any-return]
+    if not math.isfinite(value):
+        raise ValueError("is not a number" if math.isnan(value) else f"is {'' if value > 0 else '-'}infinite")
+    return str(value) if of["labels"] or of["boolean"] else f"{value:.{of['digits']}f}"
 
 
 def field_value(value: object, of: Plain | Text) -> object:
@@ -156,9 +172,16 @@ def put(value: Any, path: tuple[str, ...], of: Type, messages: Messages, leaf: o
 
 
 def read(value: Any, path: Iterable[str]) -> Any:
-    """What is at the path in a message. LookupError: a sequence is too short."""
+    """What is at the path in a message. ValueError: a sequence is too short."""
     for step in path:
-        value = value[int(step)] if isinstance(value, list | bytes) else getattr(value, step)
+        if not isinstance(value, list | bytes):
+            value = getattr(value, step)
+        elif step in COUNT:
+            value = len(value)
+        elif int(step) < len(value):
+            value = value[int(step)]
+        else:
+            raise ValueError(f"has {len(value)} elements, and no element {step}")
     return value
 
 
@@ -200,6 +223,14 @@ def configuration(peers: Iterable[str], interface: str | None) -> str | None:
         + (f"<Peers>{named}</Peers>" if named else "")
         + "</Discovery></Domain></CycloneDDS>"
     )
+
+
+def _resolve(peer: str) -> None:
+    """Unreadable: nobody has this address, which would end Cyclone DDS with the whole program."""
+    try:
+        socket.getaddrinfo(peer if peer.count(":") > 1 else peer.partition(":")[0], None)
+    except (OSError, UnicodeError) as error:
+        raise Unreadable(f"the peer {peer} is not known: {error}", "correct it") from None
 
 
 def quality(told: Mapping[str, Any]) -> Qos:
@@ -248,7 +279,10 @@ class Node:
         self._wake_read, self._wake_write = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
         self._messages = Messages(told["messages"])
         self._classes = Classes(self._messages)
+        for peer in told["peers"]:
+            _resolve(peer)
         settings = configuration(told["peers"], told["interface"])
+        self._ignored = settings is not None and "CYCLONEDDS_URI" in os.environ
         self._domain = None if settings is None else Domain(told["domain"], settings)
         self._participant = DomainParticipant(told["domain"])
         self._own = self._participant.guid
@@ -319,18 +353,18 @@ class Node:
 
     def _message(self, end: End, sample: Any) -> None:
         if isinstance(sample, Broken):
-            self.say(say=f"a message of {end.name} cannot be read: {sample.problem}")
+            self.say(lost=list(end.fields), why=f"a message of {end.name} cannot be read: {sample.problem}")
             return
-        values = []
+        values, lost = [], []
         for one, path in end.fields.items():
             try:
-                value = read(sample, path)
-            except LookupError:
-                self.say(say=f"a message of {end.name} has no element `{one}`")
-                continue
-            values.append(((end.name, *path), shown(value, self._inputs[one])))
+                values.append(((end.name, *path), shown(read(sample, path), self._inputs[one])))
+            except ValueError as problem:
+                lost.append((one, f"{one} {problem}"))
         if values:
             self.say(values=nested(values), time=time.monotonic())
+        for one, why in lost:
+            self.say(lost=[one], why=why)
 
     # ---- who else is there
 
@@ -415,6 +449,8 @@ class Node:
     def run(self, read: int) -> None:
         """Until the run says that it ends, or is gone."""
         self.say(hello=1)
+        if self._ignored:
+            self.say(say="CYCLONEDDS_URI is not looked at, because the file of ports has `peers` or `interface`")
         rest, more = b"", True
         self._look()
         while True:
@@ -474,11 +510,19 @@ def main() -> int:
         if not byte:
             return 1
         first += byte
+    heard = os.memfd_create("standard error")  # where Cyclone DDS says why it cannot begin
+    error, why = os.dup(2), ""
+    os.dup2(heard, 2)
     try:
         node = Node(json.loads(first), target)
-    except (Unreadable, DDSException) as error:
-        sys.stderr.write(f"{error}\n")
+    except (Unreadable, DDSException) as problem:
+        said = os.pread(heard, 1 << 14, 0).decode(errors="replace").splitlines()
+        why = re.sub(r"^\d+\.\d+ \[\d+\] +\S+ ", "", said[0]) if said else str(problem)
+    os.dup2(error, 2)
+    if why:
+        os.write(target, json.dumps({"say": why[:400]}).encode() + b"\n")
         return 1
+    os.write(2, os.pread(heard, 1 << 14, 0))
     try:
         node.run(source)
         node.close()

@@ -21,6 +21,8 @@ WHOLE = {f"{sign}int{bits}": (sign == "u", bits) for sign in ("", "u") for bits 
 NUMBERS = (*WHOLE, "byte", "char", "float32", "float64")
 ROS1 = "/usr/share"
 """Where Debian puts the messages of ROS 1."""
+COUNT = ("count", "length")
+"""After an array or a sequence: how many elements it has."""
 EMPTY = "structure_needs_at_least_one_member"
 """The field that ROS 2 gives to a message without fields."""
 
@@ -131,7 +133,7 @@ class Messages:
         where = f"name a folder with {name}.msg under `messages`, or source the set-up file of a ROS 2"
         raise Unreadable(f"there is no message {name}", where + named(name.partition("/")[0], "ros"))
 
-    def at(self, name: str, path: Iterable[str]) -> Plain | Text:
+    def at(self, name: str, path: Iterable[str], *, output: bool = False) -> Plain | Text:
         """The type of the value at a path of fields and numbers of elements in a message. Unreadable."""
         found: Type = Named(name)
         so_far = name
@@ -143,6 +145,10 @@ class Messages:
                     names = ", ".join(one.name for one in message.members)
                     raise Unreadable(f"{so_far} has no field `{step}`", f"its fields are {names}", message.path)
                 found = member.type
+            elif isinstance(found, Many) and step in COUNT:
+                if output:
+                    raise Unreadable("how many elements there are cannot be written", f"write `{so_far}.0`")
+                found = Plain("uint32")
             elif isinstance(found, Many):
                 if not (step.isascii() and step.isdigit() and len(step) < 6) or int(step) >= limit(found):
                     hint = f"write the number of an element, such as `{so_far}.0`"
@@ -155,7 +161,9 @@ class Messages:
             names = ", ".join(f"`{so_far}.{one.name}`" for one in self.find(found.name).members)
             raise Unreadable(f"{so_far} is not a single value", f"write one of {names}")
         if isinstance(found, Many):
-            raise Unreadable(f"{so_far} has many values", f"write the number of one, such as `{so_far}.0`")
+            raise Unreadable(
+                f"{so_far} has many values", f"write the number of one or their count: `{so_far}.0`, `{so_far}.count`"
+            )
         return found
 
 

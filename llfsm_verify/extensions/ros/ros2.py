@@ -108,19 +108,24 @@ class Ros2(PortKind):
         topics = dict(_topics(report, found["topics"], what, messages))
         if len(report.diagnostics) == before:
             for key in ("inputs", "outputs"):
-                _check(report, found.get(key), messages, topics)
+                _check(report, found.get(key), messages, topics, output=key == "outputs")
         interface = report.scalar(found["interface"], "`interface`") if "interface" in found else None
-        peers = [peer for peer, _ in _words(report, found.get("peers"), "peers")]
+        peers = _words(report, found.get("peers"), "peers")
+        for at in (*(at for _, at in peers), *(() if interface is None else (interface,))):
+            if not re.fullmatch(r"[\w.:%-]+", at.text, re.ASCII):
+                message = f"`{at.text[:60]}` is not an address or an interface"
+                report.error(WRONG_PORT, message, mark(at), "write one such as `192.168.0.7`, or `lo`")
         domain = whole_number(report, found, "domain", 0, 232, 0)
         timing = patience_of(report, found, what)
         if len(report.diagnostics) > before or timing is None:
             return None
         told: dict[str, Json] = {
-            "domain": domain, "peers": list(peers), "interface": None if interface is None else interface.text,
-            "messages": [str(Path(folder, one).resolve()) for one, _ in folders], "topics": dict(topics),
+            "domain": domain, "peers": [peer for peer, _ in peers], "topics": dict(topics),
+            "interface": None if interface is None else interface.text,
+            "messages": [str(Path(folder, one).resolve()) for one, _ in folders],
         }  # fmt: skip
         run = (sys.executable, "-P", "-m", "llfsm_verify.extensions.ros.dds_node")
-        hint = "correct `domain`, `peers` or `interface`"
+        hint = "correct `domain`, `peers` or `interface`, or the file that CYCLONEDDS_URI names"
         started = ProcessSettings(run, str(Path(folder).resolve()), told, *timing, hint=hint).started
 
         def start(link: Link) -> Port:
@@ -175,7 +180,7 @@ def _topics(report: Report, node: Node, what: str, messages: Messages) -> Iterat
             _say(report, problem, kind)
 
 
-def _check(report: Report, node: Node | None, messages: Messages, topics: Mapping[str, Json]) -> None:
+def _check(report: Report, node: Node | None, messages: Messages, topics: Mapping[str, Json], *, output: bool) -> None:
     """Whether the fields are values of their topics."""
     for _, value in node.items if isinstance(node, MappingNode) else ():
         if not isinstance(value, Scalar):
@@ -186,7 +191,7 @@ def _check(report: Report, node: Node | None, messages: Messages, topics: Mappin
             if not isinstance(of, dict):
                 hint = did_you_mean(topic, topics) or f"write `{topic}: TYPE` there"
                 raise Unreadable(f"there is no topic `{topic}` under `topics`", hint)
-            messages.at(str(of["type"]), path.split("."))
+            messages.at(str(of["type"]), path.split("."), output=output)
         except Unreadable as problem:
             _say(report, problem, value)
 
