@@ -8,6 +8,7 @@ files" and "Mapping IDL to ROS 2"). Debian's messages of ROS 1 are read as well,
 from __future__ import annotations
 
 import ast
+import math
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -21,6 +22,8 @@ WHOLE = {f"{sign}int{bits}": (sign == "u", bits) for sign in ("", "u") for bits 
 NUMBERS = (*WHOLE, "byte", "char", "float32", "float64")
 ROS1 = "/usr/share"
 """Where Debian puts the messages of ROS 1."""
+MOST = 1_000_000
+"""Elements of an array, characters of a string with a bound: every message has all elements of its arrays."""
 COUNT = ("count", "length")
 """After an array or a sequence: how many elements it has."""
 EMPTY = "structure_needs_at_least_one_member"
@@ -225,6 +228,8 @@ def _msg_type(match: re.Match[str], package: str, path: str, line: int) -> Type:
     of: Type
     if bound is not None and word not in ("string", "wstring"):
         raise Unreadable(f"only strings have `<={bound}` after the type", "write `string<=…`", path, line)
+    if bound is not None and not 0 < int(bound[:12]) <= MOST:
+        raise Unreadable(f"`{word}<={bound[:60]}` has no size from 1 to {MOST:,}", "write `string<=10`", path, line)
     if word == "string":
         of = Text(None if bound is None else int(bound))
     elif word == "bool" or word in NUMBERS:
@@ -238,7 +243,9 @@ def _msg_type(match: re.Match[str], package: str, path: str, line: int) -> Type:
             raise Unreadable(f"`{word}` is not a type", "write a type such as `bool` or `std_msgs/Header`", path, line)
     if match["many"] is None:
         return of
-    size = None if not match["size"] else int(match["size"])
+    size = None if not match["size"] else int(match["size"][:12])
+    if size is not None and size > MOST:
+        raise Unreadable(f"`{match['many'][:60]}` has more than {MOST:,} elements", "write a smaller size", path, line)
     if size == 0 or (match["bound"] and size is None):
         raise Unreadable(f"`{match['many']}` has no size above 0", "write `[]`, `[3]` or `[<=3]`", path, line)
     return Many(of, most=size) if match["bound"] else Many(of, size)
@@ -288,7 +295,9 @@ def number(text: str, of: Plain) -> Value:
             raise ValueError
         return text.lower() in ("true", "1")
     if of.name.startswith("float"):
-        return float(text)
+        if math.isinf(real := float(text)) and "inf" not in text.lower():
+            raise ValueError(f"{text[:20]} is not from -1.8e308 to 1.8e308")
+        return real
     unsigned, bits = WHOLE.get(of.name, (True, 8))
     low = 0 if unsigned else -(1 << bits - 1)
     if not low <= (found := int(text, 0)) < low + (1 << bits):
@@ -308,7 +317,10 @@ _IDL = {
 
 def read_idl(text: str, path: str) -> dict[str, Message]:
     """The structs of a file `.idl`, by their names with `/`. Unreadable."""
-    return _Idl(text, path).read()
+    try:
+        return _Idl(text, path).read()
+    except RecursionError:
+        raise Unreadable("a type has more types within it than can be read", "write a simpler one", path, 1) from None
 
 
 class _Idl:
@@ -363,6 +375,8 @@ class _Idl:
             of = self._type()
             while True:
                 member = self._next()
+                if member in members:
+                    raise self._wrong(f"there are two fields `{member}`", "rename one")
                 of_it = self._sized(of)
                 given = None if default is None else _default(default, of_it, self._path, self._line)
                 members[member] = Member(member, of_it, given)
@@ -434,8 +448,8 @@ class _Idl:
 
     def _whole(self) -> int:
         word = self._next()
-        if not (word.isascii() and word.isdigit() and int(word)):
-            raise self._wrong(f"`{word}` is not a size", "write a number above 0")
+        if not (word.isascii() and word.isdigit() and 0 < int(word[:12]) <= MOST):
+            raise self._wrong(f"`{word[:60]}` is not a size", f"write a number from 1 to {MOST:,}")
         return int(word)
 
     def _peek(self) -> str:

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from tests.extensions.ros.conftest import BOOL, LIMIT, NAMES, NODE, NUMBER, PYTHON, Graph, around, decimal, topic
-from tests.extensions.ros.test_child import FRUITS, MESSAGES
+from tests.extensions.ros.test_child import FRUITS, MESSAGES, request
 from tests.outside import needs
 
 pytestmark = [needs("rospy"), pytest.mark.slow]
@@ -161,6 +161,20 @@ def test_a_request_that_an_input_cannot_have_is_refused(graph: Graph):
         assert "response" in peer.until("called")
         child.tell(values={"/few": {"answered": False}}, time=0.0, cycle=4)
         child.until("values")
+
+
+def test_a_service_of_another_type_fails_and_says_so_once(graph: Graph):
+    peer = graph.peer()
+    peer.do("service", name="/loggers", of="roscpp/GetLoggers", answers=[])
+    of = request("service", "/loggers", FRUITS, sends={"row": NUMBER})
+    told = {"services": {"/ours": {"type": FRUITS, "timeout": 30.0}}, "messages": MESSAGES}
+    child = graph.child(told, requests={"locate": of}, inputs={"/ours.asked": BOOL}, outputs={"/ours.answered": BOOL})
+    child.tell(request=1, name="locate", values={"row": 1})
+    assert child.until("say")["say"].startswith("locate: /loggers has failed: unable to connect to service: ")
+    assert child.until("answer") == {"answer": 1, "state": "FAILED"}
+    peer.do("call", name="/ours", of="roscpp/GetLoggers", values={})
+    said = child.until("say")["say"]
+    assert said.startswith("request from [/peer") and said.endswith("]") and "md5sums do not match" in said
 
 
 FLOOD = """

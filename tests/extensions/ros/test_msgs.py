@@ -24,6 +24,11 @@ from tests.extensions.ros.everything import IDL, MSG
 
 EVERYTHING = Named("demo/msg/Everything")
 WRONG = [
+    ("int8[1000001] a\n", 1, "more than 1,000,000 elements"),
+    ("bool x\nint8[<=99999999999999999999] a\n", 2, "more than 1,000,000 elements"),
+    ("string<=0 s\n", 1, "has no size from 1 to"),
+    ("float32 f 1e400\n", 1, "is not from -1.8e308"),
+    ("int64 n 1e999999999\n", 1, "cannot be its default"),
     ("bool\n", 1, "is not a field"),
     ("\n\nbool open\nint8 open\n", 4, "two fields `open`"),
     ("wstring name\n", 1, "on which all vendors agree"),
@@ -42,6 +47,9 @@ WRONG = [
     ("a/b/c/D x\n", 1, "is not a type"),
 ]
 WRONG_IDL = [
+    ("struct A { long x; long x; };", "two fields `x`"),
+    ("struct A { long x[99999999999]; };", "is not a size"),
+    (f"struct A {{ {'sequence<' * 5000}long x; }};", "more types within it"),
     ("struct A { bool x; };", "there is no type `bool`"),
     ("module a {\n struct A { long x };\n};", "`}` is not expected"),
     ("module a { struct A { @key long x; }; };", "`@key` is not a part"),

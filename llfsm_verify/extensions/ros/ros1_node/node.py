@@ -233,12 +233,14 @@ class Node:
 
     def other_type(self, text: str, thread: str) -> None:
         """A connection of rospy fails because of a type; a thread that connects has the name of the topic."""
-        told = re.search(r"Client \[.*|topic types do not match[^{]*", text)
+        told = re.search(r"Client \[.*|topic types do not match[^{]*|request from \[[^{]*", text)
         why = (told.group() if told else text).split("  Will try")[0][:400]
         for one in self._inputs:
             if one.subscriber.resolved_name == thread:
                 self._channel.lost(one.fields, f"{one.topic} has another type at its publisher: {why}")
                 return
+        if "rosrpc://" in text:
+            return  # a service of another type: its call fails, and says so
         reader = READER.search(text)
         self._channel.say("{2} reads {3} as {0}, and here it is {1}".format(*reader.groups()) if reader else why)
 
