@@ -317,6 +317,7 @@ def test_another_node_takes_the_name(alone: Graph):
 
 def test_nothing_of_ros_is_on_standard_output(graph: Graph):
     child = graph.child({"topics": {"/x": topic("std_msgs/Int8")}}, outputs={"/x.data": NUMBER})
+    assert child.lines.all == [{"hello": 1}]  # without parameters no values, which would be a message of no field
     child.tell(values={"/x": {"data": 300}}, time=0.0, cycle=2)
     said = child.until("say")["say"]
     assert said == "/x.data cannot be 300, because it is an int8; nothing is published to /x"

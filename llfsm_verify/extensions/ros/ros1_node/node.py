@@ -48,7 +48,8 @@ def run() -> None:
         return
     try:
         node = Node(channel, hello)
-        channel.first({"hello": 1, "values": nested(node.parameters)})
+        values = {"values": nested(node.parameters)} if node.parameters else {}
+        channel.first({"hello": 1, **values})
     except Exception as problem:  # noqa: BLE001 - rospy raises its own, and a broken master any
         told = isinstance(problem, (Unfound, NoType, NoField))
         channel.first({"say": str(problem) if told else f"{type(problem).__name__}: {problem}"})
