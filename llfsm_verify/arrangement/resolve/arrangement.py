@@ -160,7 +160,7 @@ class _Resolver:
         self.integer_guards = integer_guards
         self.broken: set[str] = set()
         """Names whose declaration is wrong: using them is not a further error."""
-        self.texts: dict[int, MachineText | None] = {}
+        self.texts: dict[int, tuple[MachineDraft, MachineText | None]] = {}
         """The machines that are resolved, by the identity of their drafts: instances share them."""
         self.used: set[str] = set()
         """The plants that are there already."""
@@ -387,8 +387,8 @@ class _Resolver:
             if draft.instead is not None and any(d.is_error for d in self.report.diagnostics[before:]):
                 self.report.diagnostics[before:] = [draft.instead]
                 text = None
-            self.texts[id(draft)] = text
-        return self.texts[id(draft)]
+            self.texts[id(draft)] = draft, text  # which keeps the draft, and so its number
+        return self.texts[id(draft)][1]
 
     def _warn_unused(self) -> None:
         for instance in self._all().values():

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
 
 from llfsm_verify.arrangement import build_arrangement, load_arrangement
 from llfsm_verify.arrangement.requests import Request
+from llfsm_verify.arrangement.resolve import arrangement as resolver
 from llfsm_verify.checking.verdict import Options
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.language.trees import of_kind
@@ -132,3 +134,31 @@ def test_plants_of_other_packages_are_used_and_their_failures_said(tmp_path: Pat
     place = f":{1 + TEXT[: TEXT.index('use: service')].count(chr(10))}:17: error[E533]: the plant "
     assert f"broken.yaml{place}`broken` of another package has failed (RuntimeError: it is broken)" in said["broken"][1]
     assert f"gone.yaml{place}`gone` of another package cannot be used (AttributeError: " in said["gone"][1]
+
+
+def test_a_plant_is_not_taken_for_one_that_is_gone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its draft is made for it, so another may get the place in memory, and with it the number."""
+    kept: list[object] = []
+
+    def number(of: object) -> int:
+        """As `id`, which gives a number again as soon as nobody has what had it."""
+        for i in range(len(kept)):
+            if kept[i] is of:
+                return i
+        free = next((i for i in range(len(kept)) if sys.getrefcount(kept[i]) == 2), len(kept))
+        kept[free:] = [of, *kept[free + 1 :]]
+        return free
+
+    monkeypatch.setattr(resolver, "id", number, raising=False)
+    kind = ["IDLE", "WAITING", "DONE", "FAILED", "TIMED_OUT"]
+    board: dict[str, object] = {}
+    for i in range(3):
+        board |= {
+            f"a{i}": {"type": "bool", "init": False}, f"s{i}": {"type": "S", "init": "IDLE", "role": "input"},
+        }  # fmt: skip
+    found = build_arrangement({
+        "name": "many", "types": {"S": kind}, "whiteboard": board, "schedule": ["m"],
+        "environment": {f"p{i}": {"use": "service", "ask": f"a{i}", "state": f"s{i}"} for i in range(3)},
+        "machines": {"m": {"inline": {"machine": "M", "states": [{"name": "A", "stays": True}]}}},
+    })  # fmt: skip
+    assert [{name for name, _ in plant.writes()} for plant in found.plants] == [{"s0"}, {"s1"}, {"s2"}]
