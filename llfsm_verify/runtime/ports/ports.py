@@ -151,12 +151,6 @@ class RunLink:
     def follow(self, posts: Posts, slots: Mapping[str, Slot]) -> None:
         """Post to this run from now on; `slots`: where its frames have what."""
         first, self._posts, self._slots = self._posts is None, posts, slots
-        if first:
-            posts.post(dict(self.spec.events))
-            early, self._early = self._early, {}
-            self._give(early)
-            if self._first_cycle is not None:
-                self.cycle(*self._first_cycle)
         for name, value in list(self._pulses):
             posts.pulse(name, value, self._pulsed)
         if first:

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 class Oracle(Protocol):
     """Answers until SIGINT or SIGTERM, each connection by a copy of `reading`.
 
-    `filtering`: a message that violates a property is refused, and counts as not sent. `tell` is told the address, and notes.
-    DiagnosticError: it cannot listen there.
+    `filtering`: a message that violates a property is refused, and counts as not sent. `tell` is told the address, and
+    notes. DiagnosticError: it cannot listen there.
     """
 
     def __call__(
