@@ -12,7 +12,7 @@ from llfsm_verify.plug import LogReading, Row, cells_of
 WRONG = "a message is a JSON object with a `topic` or a `service`"
 
 
-MOST_SAID = 100
+NAMED_TOPICS = 100
 """Topics that are named."""
 
 
@@ -56,7 +56,7 @@ class Monitor:
             raise ValueError(WRONG)
         last = {**self._last, name: cells_of(event)}
         reading = self._reading.copied()
-        if self._known is not None and name not in self._known | self._said and len(self._said) < MOST_SAID:
+        if self._known is not None and name not in self._known | self._said and len(self._said) < NAMED_TOPICS:
             self._said.add(name)
             known = ", ".join(sorted(map(str, self._known)))
             self._say(f"no column is of the topic `{name[:100]}`: the mapping has {known}")

@@ -28,7 +28,6 @@ LOCAL = re.compile(r"https?://(localhost|127(\.\d{1,3}){3}|\[::1\])(:\d{1,5})?",
 """Origins of pages that are on this computer."""
 QUIET = logging.getLogger(f"{__name__}.library")
 """What the library says of wrong handshakes, with tracebacks, goes nowhere."""
-QUIET.disabled = True
 LARGEST = 1 << 20
 """Bytes of a message; a connection with a longer one is closed (code 1009)."""
 SECONDS = 1.0
@@ -38,6 +37,7 @@ SECONDS = 1.0
 def serve(reading: LogReading, host: str, port: int, *, filtering: bool, tell: Callable[[str], None]) -> None:
     """See `Oracle`. DiagnosticError (E550)."""
 
+    QUIET.disabled = True
     said: set[str] = set()
     refused: set[str] = set()
 
