@@ -556,7 +556,7 @@ class Ports:
                     self._open.append((link, link.port))
                 if spec.events:
                     _one_cycle(spec, posts)
-                link.pace = pace if spec.paces else None
+                link.pace, link.paced = pace if spec.paces else None, pace is not None
                 link.follow(posts, self._slots)
         except BaseException:
             self.close()

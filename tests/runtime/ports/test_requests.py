@@ -203,23 +203,6 @@ def test_a_request_goes_on_when_a_machine_is_replaced(tmp_path: Path) -> None:
         assert made.value("fruits") == 4 and made.said == []
 
 
-def test_an_answer_that_does_not_fit_is_a_failure(tmp_path: Path) -> None:
-    """Else the machine would take an older one for it."""
-    program = (
-        ANSWERS
-        + """
-    if "request" in message:
-        say(answer=message["request"], values={"list": [{"count": 10}]})
-"""
-    )
-    hello = json.dumps({"hello": 1, "values": {"wants": 1}})
-    text = port(tmp_path, program, SERVICE, hello=hello).replace("{level: level}", WANTS)
-    with bench(*declared(text, tmp_path, picker()), code=picker()) as made:
-        made.until(made.has("locate_state", "FAILED"))
-        assert made.value("fruits") == 0 and made.ports.counts["p"].refused == 1
-        assert made.said == ["port p: a value is refused: fruits: `10` is not a number from 0 to 9"]
-
-
 def test_states_are_called_as_the_plant_calls_them(tmp_path: Path) -> None:
     program = (
         ANSWERS

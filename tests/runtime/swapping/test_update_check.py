@@ -459,6 +459,6 @@ def test_other_monitors_are_not_carried_over():
     loops = [
         loop_of(code_of(running, properties_of(line)), 1) for line in ("p: G out < 9", "p: G out < 9", "p: F out < 9")
     ]
-    _compare(loops[0], loops[1])
+    _compare(loops[0], loops[1], frozenset())
     with pytest.raises(Untransferable, match="another monitor"):
-        _compare(loops[0], loops[2])
+        _compare(loops[0], loops[2], frozenset())
