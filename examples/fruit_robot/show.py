@@ -3,6 +3,7 @@
     python examples/fruit_robot/show.py                      # 60 s at 100 Hz
     python examples/fruit_robot/show.py --seconds 5 --record robot.rec
     python examples/fruit_robot/show.py --then 3             # until the third fruit after the pause
+    python examples/fruit_robot/show.py --states             # the states in Python, by a transition file of CROPS
 
 It starts a master on a free port, unless ROS_MASTER_URI is set, and ends it and the nodes by their ids. The recording
 is replayed, and compared with the plants and the properties that were verified.
@@ -19,6 +20,7 @@ import signal
 import socket
 import subprocess
 import sys
+import sysconfig
 import tempfile
 import time
 from collections import Counter
@@ -32,6 +34,8 @@ PACKAGE = Path(lv.__file__).parent / "extensions" / "ros"
 PYTHON = "/usr/bin/python3"
 LLFSM = (sys.executable, "-m", "llfsm_verify")
 NODES = ("localisation", "arm", "user", "error_handler")
+FOUND = (str(Path(lv.__file__).parents[1]), sysconfig.get_path("purelib"))
+"""Where a Python of the same version finds this package and what it needs."""
 PATIENCE = 60.0
 """Seconds after which something will not come."""
 
@@ -43,6 +47,14 @@ def main() -> int:
     parser.add_argument("--drops", type=int, default=9, help="which fruit is dropped, so that the state is set (9)")
     parser.add_argument("--pause-after", type=int, default=4, help="after how many more fruits it is paused (4)")
     parser.add_argument("--then", type=int, help="end after so many more fruits, instead of `--seconds`")
+    parser.add_argument(
+        "--states",
+        type=int,
+        nargs="?",
+        const=12,
+        metavar="FRUITS",
+        help="run `states.py` until so many are picked (12)",
+    )
     parser.add_argument("--record", type=Path, help="where the recording is kept")
     given = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that nodes are ended
@@ -55,7 +67,12 @@ def main() -> int:
             "user": (f"_pause_after:={given.pause_after}", f"_then:={given.then or 0}"),
             "error_handler": (f"_whiteboard:={board}", f"_llfsm:={llfsm_in(Path(folder))}"),
         }
-        nodes = [open_ones.enter_context(child(node_of(node, told.get(node, ())), around)) for node in NODES]
+        names = NODES if given.states is None else NODES[:-1]  # `states.py` changes the state itself
+        nodes = [open_ones.enter_context(child(node_of(node, told.get(node, ())), around)) for node in names]
+        if given.states is not None:
+            with_ours = around | {"PYTHONPATH": os.pathsep.join(FOUND)}
+            done = subprocess.run((*states_to(given.states), str(recording)), env=with_ours, check=False)
+            return done.returncode or subprocess.run((*LLFSM, "replay", str(recording)), check=False).returncode
         ends = () if given.then else ("--for", f"{round(given.seconds * 1000)}ms")
         run = subprocess.Popen(
             (*LLFSM, "run", str(HERE / "arrangement.yaml"), "--ports", str(HERE / "ports.yaml"), "--whiteboard", board,
@@ -113,6 +130,14 @@ def child(command: tuple[str, ...], around: dict[str, str]) -> Iterator[subproce
 def node_of(name: str, told: tuple[str, ...]) -> tuple[str, ...]:
     """The command line of a node."""
     return (PYTHON, str(HERE / "unbuilt.py"), str(PACKAGE), str(HERE / "scripts" / f"{name}.py"), *told)
+
+
+def states_to(fruits: int) -> tuple[str, ...]:
+    """The command line of `states.py`, which needs rospy and this package at once."""
+    asked = subprocess.run((PYTHON, "-c", "import sys; print(sys.version_info[:2])"), capture_output=True, check=True)
+    if asked.stdout.decode().strip() != str(sys.version_info[:2]):
+        raise SystemExit(f"{PYTHON} is of another version of Python than {sys.executable}")
+    return (PYTHON, str(HERE / "unbuilt.py"), str(PACKAGE), str(HERE / "states.py"), str(fruits))
 
 
 def llfsm_in(folder: Path) -> Path:

@@ -75,3 +75,22 @@ def test_it_picks_fruits_beside_ros_and_is_what_was_verified(alone: Graph, tmp_p
     assert "the run keeps to `fruit_request`, `move_box_arm` of `environment`" in said
     assert "pauses 1, changes of state 1" in said
     assert "violated" not in said
+
+
+@pytest.mark.slow
+def test_its_states_in_python_pick_fruits_beside_ros(alone: Graph, tmp_path: Path) -> None:
+    """By a transition file of CROPS. The second fruit is dropped, and nothing but a change of state ends that."""
+    recording = tmp_path / "states.rec"
+    around = alone.master.surroundings | {"PATH": os.environ["PATH"]}
+    show = (sys.executable, str(ROBOT / "show.py"), "--states", "3", "--drops", "2", "--record", str(recording))
+    done = subprocess.run(show, env=around, capture_output=True, text=True, timeout=5 * LIMIT, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "Exit: 3 fruits in the basket, pauses 0, changes of state 1" in done.stdout
+    assert "frames, the same bit for bit, and then ended" in done.stdout
+
+
+@pytest.mark.slow
+def test_its_transition_file_can_be_verified() -> None:
+    formulas = "picked: G (sm.fired(Fruit_to_basket, 1) -> sm@Select_fruit)\never: G !sm@Exit\n"
+    result = lv.load(ROBOT / "transfile.yaml").check(formulas)
+    assert {found.name: str(found.verdict) for found in result} == {"picked": "holds", "ever": "violated"}
