@@ -329,6 +329,11 @@ CASES: tuple[Case, ...] = (
         .replace("[m]", "[ask_plant]"),
         "E118",
     ),
+    Case(
+        "a variable with the name of a state of a request",
+        REQUEST("use: service, ask: ask, state: state").replace("whiteboard: {", "whiteboard: {§DONE: {type: bool}, "),
+        "E118",
+    ),
     Case("a type without states", REQUEST("use: service, ask: ask, state: §short, values: {FAILED: DONE}"), "E534"),
     Case("an action with states of a service", REQUEST("use: action, ask: ask, state: §state"), "E534"),
     Case(

@@ -282,7 +282,12 @@ class _Resolver:
                 report.error("E089", message, machine.span, hint)
         plants = {name: InstanceChecker(report, world, plant, broken) for name, plant in self.plants.items()}
         self.checkers |= plants
-        models = [checker.check() for checker in plants.values()]
+        models = []
+        for name, checker in plants.items():
+            before = len(report.diagnostics)
+            models.append(checker.check())
+            if name in self.used and any(d.is_error for d in report.diagnostics[:before]):
+                del report.diagnostics[before:]  # it follows from those, and is not in the user's text
         self.surroundings, self.whiteboard = resolve_surroundings(report, models, self.whiteboard, self.used)
 
     def _operate(self) -> None:
