@@ -201,6 +201,7 @@ class _Reader:
         values = self._values(found.get("values"))
         before = len(report.diagnostics)
         requests = self._requests(found.get("requests"), kind, values, what)
+        self._answered(inputs)
         if len(report.diagnostics) == before:  # else it is not known what the port has
             self._fit(found.get("values"), values, inputs, outputs, requests, what)
         never = frozenset(inputs) & self._free.keys()
@@ -302,8 +303,20 @@ class _Reader:
 
     # ------------------------------------------------------------ requests
 
+    def _answered(self, inputs: Mapping[str, str]) -> None:
+        """What only answers and feedback change, as plants have it, is not fed otherwise, unless by who has the state
+        as well: it keeps the order of events by itself."""
+        for plant in self._described.values():
+            for part, fed in (("answers", plant.answers), ("feedback", plant.feedback)):
+                for name in (name for name in fed if name in inputs and plant.state not in inputs):
+                    message = f"`inputs` have `{name}`, which is in `{part}` of the plant `{plant.name}`"
+                    hint = f"write it under `{part}` of the request `{plant.name}`"
+                    self.report.error(MISFIT, message, self._taken[f"the input `{name}`"], hint)
+
     def _requests(self, node: Node | None, kind: Kind, values: Mapping[str, str], what: str) -> tuple[Request, ...]:
         mapping = None if node is None else self.report.mapping(node, "`requests`")
+        if mapping is not None and not mapping.items:
+            self.report.error("E034", f"{what} names no request", mark(mapping), "leave out `requests`, or name some")
         found = [self._request(key, one, kind, values, what) for key, one in (() if mapping is None else mapping.items)]
         return tuple(request for request in found if request is not None)
 

@@ -19,6 +19,7 @@ from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.live.frame import CYCLE
 from llfsm_verify.runtime.ports.handshake import Handshake
 from llfsm_verify.runtime.ports.port import AskingPort, PortSpec
+from llfsm_verify.runtime.ports.ports import RunLink
 from llfsm_verify.runtime.ports.process.port import ProcessPort
 from llfsm_verify.values import Shown
 from tests.cli.running import llfsm
@@ -254,6 +255,37 @@ def test_what_a_closed_port_is_asked_fails() -> None:
         made.end("stopped")
 
 
+def test_requests_that_are_never_answered_push_out_none_that_is_under_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("llfsm_verify.runtime.ports.ports.MOST_UNANSWERED", 3)
+    said: list[str] = []
+    requests = (Request("locate", "service", "locate", "locate_state"), Request("arm", "action", "reach", "arm_state"))
+    link = RunLink(PortSpec("p", lambda _: Breaks(), requests=requests), {}, 10, said.append, lambda: 0.0)
+    service, action = link.handshakes
+    action.number = link.number(action)
+    for _ in range(5):
+        service.number = link.number(service)
+    for late in (4, 3, 2):
+        link.report(late, "DONE", {}, end=True)
+    assert not said and link.counts.malformed == 0
+    link.report(action.number, "nonsense", {}, end=False)
+    link.report(7, "DONE", {}, end=True)
+    assert ["cannot have now" in said[0], "nothing waits: 7" in said[1]] == [True, True]
+
+
+def test_a_goal_that_is_asked_again_before_its_end_is_cancelled_and_ends_first() -> None:
+    """As its plant has it."""
+    asked = Asked()
+    handshake = Handshake(Request("r", "action", "ask", "state"), asked)
+    handshake.begin()
+    for ask, now in ((True, 0), (False, 1), (True, 2)):
+        handshake.see(ask, shown=True, now=now)
+    handshake.report("RECALLED", {}, 3, end=True)
+    assert asked.posted == [IDLE, "PENDING", "RECALLED"] and asked.cancelled == [1]
+    for ask, now in ((True, 4), (False, 5), (True, 6)):
+        handshake.see(ask, shown=True, now=now)
+    assert asked.posted[2:] == ["RECALLED", IDLE, "PENDING"] and asked.asked == [1, 2]
+
+
 def test_a_service_that_is_asked_again_before_a_frame_shows_it_fails() -> None:
     """Its answer will not come: the child was told that it is not wanted."""
     asked = Asked()
@@ -376,6 +408,7 @@ TEXT = "ports: {p: {kind: process, run: [a], REST}}"
 LOCATE = "requests: {locate: {kind: service, ask: locate, state: locate_state}}"
 SENDS = LOCATE.replace("state}}", "state, sends: [now]}}")
 FED = TEXT.replace("REST", f"inputs: [fruits], on_failure: stale, {LOCATE}")
+ALONE = "inputs: {§fruits: a}, on_failure: stale"
 WRONG = [
     (TEXT.replace("run: [a]", "run: §[]").replace("REST", LOCATE), "E493", "python3"),
     (TEXT.replace("run: [a]", "run: §a 'b").replace("REST", LOCATE), "E493", "python3"),
@@ -417,6 +450,9 @@ WRONG = [
     (TEXT.replace("REST", "requests: {locate: {answers: §{level: a}}}"), "E526", "`answers` of the plant"),
     (TEXT.replace("REST", "requests: {locate: {§servce: a}}"), "E033", "known keys"),
     (TEXT.replace("REST", "values: {FAILED: TIMED_OUT}, requests: {§locate: {}}"), "E526", "the plant says"),
+    (TEXT.replace("REST", "requests: §{}"), "E034", "name some"),
+    (TEXT.replace("REST", f"{ALONE}, requests: {{locate: {{}}}}"), "E526", "under `answers` of the request `locate`"),
+    (TEXT.replace("REST", ALONE), "E526", "under `answers` of the request `locate`"),
 ]  # fmt: skip
 
 
@@ -446,6 +482,12 @@ def test_a_plant_describes_a_request(tmp_path: Path) -> None:
             values={state: state for state in STATES["service"]},
         ),
     )
+    assert spec.fed == {"locate_state", "fruits"}
+
+
+def test_who_has_the_state_may_keep_the_order_of_events_by_itself(tmp_path: Path) -> None:
+    text = TEXT.replace("REST", "inputs: [locate_state, fruits], outputs: [locate], on_failure: stale")
+    (spec,) = declared(text, tmp_path, picker(), locate=PLANT)
     assert spec.fed == {"locate_state", "fruits"}
 
 
