@@ -59,6 +59,10 @@ class Request:
     values: Mapping[str, str] = field(default_factory=dict)
     """For states that the type of `state` lacks, those that stand for them."""
 
+    def called(self, state: str) -> str:
+        """A state as the arrangement calls it."""
+        return self.values.get(state, state)
+
     @property
     def fed(self) -> tuple[str, ...]:
         """The inputs to which it gives values."""

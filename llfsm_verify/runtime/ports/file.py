@@ -258,13 +258,12 @@ class _Reader:
                 known = [label for choice in choices for label in choice.labels]
                 hint = did_you_mean(ours, known) or f"write the value that `{key.text[:60]}` stands for"
                 self.report.error(UNKNOWN, message, mark(value), hint)
-            elif ours is not None and any(_is_value(choice, ours) for choice in shown):
-                first, both = told.setdefault(ours, key.text), [choice for choice in shown if _is_value(choice, ours)]
-                clash = key.text not in values.values() and any(_is_value(choice, key.text) for choice in both)
+            elif ours is not None and (both := [choice for choice in shown if _is_value(choice, ours)]):
+                first = told.setdefault(ours, key.text)
                 if first != key.text:
                     message = f"`{ours[:60]}` goes out, and has two texts: `{first[:60]}` and `{key.text[:60]}`"
                     self.report.error(SHARED, message, key.span, "leave out one, or make a port of its own for inputs")
-                elif clash:
+                elif key.text not in values.values() and any(_is_value(choice, key.text) for choice in both):
                     message = f"`{ours[:60]}` would go out as `{key.text[:60]}`, which is another value"
                     self.report.error(SHARED, message, key.span, "write a text that no value of an output has")
 
@@ -349,7 +348,7 @@ class _Reader:
             )
         timeout = self._agreed_time(found, plant, told)
         extra = {word: self._word(found, word) for word in more.keys if word in found}
-        called = values if plant is None else {one: plant.values.get(one, one) for one in STATES[plant.kind]}
+        called = values if plant is None else plant.values
         self._fits(words, timeout, called, found, key, told)
         for part, inputs in (("answers", plant.answers), ("feedback", plant.feedback)) if plant is not None else ():
             for other in [other for other in fields[part] if other not in inputs]:
@@ -357,13 +356,15 @@ class _Reader:
                 self.report.error(MISFIT, message, mark(found[part]), f"add it to `{part}` of the plant")
         if len(self.report.diagnostics) > before:
             return None
-        for one in called if plant is not None else ():
-            if values.get(one, called[one]) != called[one] and values[one] in self._inputs[words["state"]].labels:
-                message = f"`values` call {one} of {told} `{values[one]}`, and its plant calls it `{called[one]}`"
+        kind_of = cast(RequestKind, words["kind"])
+        for one in STATES[kind_of]:
+            ours = called.get(one, one)
+            if values.get(one, ours) != ours and values[one] in self._inputs[words["state"]].labels:
+                message = f"`values` call {one} of {told} `{values[one]}`, and its plant calls it `{ours}`"
                 self.report.error(MISFIT, message, key.span, "leave it out, so that the plant says it")
         return Request(
             name,
-            cast(RequestKind, words["kind"]),
+            kind_of,
             words["ask"],
             words["state"],
             fields["sends"],
@@ -371,7 +372,7 @@ class _Reader:
             fields["feedback"],
             timeout,
             extra,
-            {} if plant is None else called,
+            called,
         )
 
     def _word(self, found: Mapping[str, Node], key: str) -> str:

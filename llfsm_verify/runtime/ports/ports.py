@@ -218,8 +218,8 @@ class RunLink:
             if given.keys() - never:
                 self._give(given)
 
-    def _give(self, given: Mapping[str, Json]) -> bool:
-        """Post what fits; whether something does."""
+    def _give(self, given: Mapping[str, Json]) -> None:
+        """Post what fits."""
         assert self._posts is not None
         good = self._fitting({name: value for name, value in given.items() if name not in self.spec.never})
         if good:
@@ -230,7 +230,6 @@ class RunLink:
             self._failed -= good.keys()
         for name in good.keys() & self.spec.events.keys():
             self._pulse(name, good[name])
-        return bool(good)
 
     def _pulse(self, name: str, value: Json) -> None:
         assert self._posts is not None
@@ -273,7 +272,7 @@ class RunLink:
         for handshake in self.handshakes:
             handshake.look(self.latest)
             request = handshake.request
-            shown = self._slots[request.state].value(frame) == self.called(request, handshake.state)
+            shown = self._slots[request.state].value(frame) == request.called(handshake.state)
             self._sends = {field: self.theirs(self._slots[name].value(frame)) for name, field in request.sends.items()}
             handshake.see(bool(self._slots[request.ask].value(frame)), shown=shown, now=self.latest)
 
@@ -281,14 +280,10 @@ class RunLink:
         """A value as the other side calls it."""
         return self._theirs.get(text(value), value) if self._theirs else value
 
-    def called(self, request: Request, state: str) -> str:
-        """A state of a request as the arrangement calls it."""
-        return request.values.get(state) or self.spec.values.get(state, state)
-
     def show(self, request: Request, state: str, answers: Mapping[str, str], values: Mapping[str, Json]) -> None:
         """See `Asked`."""
         assert self._posts is not None
-        self._posts.post({**self._fitting(_picked(answers, values)), request.state: self.called(request, state)})
+        self._posts.post({**self._fitting(_picked(answers, values)), request.state: request.called(state)})
 
     def number(self, handshake: Handshake) -> int:
         """See `Asked`."""
@@ -307,7 +302,7 @@ class RunLink:
 
     def cancel(self, number: int) -> None:
         """See `Asked`."""
-        if isinstance(self.port, AskingPort) and number in self._unanswered:
+        if isinstance(self.port, AskingPort):
             self.port.cancel(number)
 
     def report(self, number: int, state: str, values: Mapping[str, Json], *, end: bool) -> None:
