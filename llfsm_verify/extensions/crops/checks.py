@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from llfsm_verify import Diagnostic
 from llfsm_verify.extensions.crops.codes import ENDLESS, LABEL, TARGET, UNDECLARED, UNMAPPED
 from llfsm_verify.extensions.crops.states import State
-from llfsm_verify.extensions.crops.transitions import LIKENESS, TROUBLES, Stage, Transitions, meant, near
+from llfsm_verify.extensions.crops.transitions import LIKENESS, TROUBLES, Meant, Stage, Transitions, near
 from llfsm_verify.plug import Span
 
 LISTED = 20
@@ -42,15 +42,13 @@ def surprises(found: Transitions) -> Iterator[str]:
 
 
 def _targets(found: Transitions, ends: Collection[str]) -> Iterator[Diagnostic]:
+    known, last = Meant(found, (*found.labels, *ends)), set(ends)
     for stage in found.stages:
         for move in stage.moves.values():
             target = move.target.text
-            if target not in found.labels and target not in ends:
+            if target not in found.labels and target not in last:
                 message = f"`{target[:60]}` is neither a label nor an outcome of the state machine"
-                hint = (
-                    meant(found, target, (*found.labels, *ends))
-                    or f"write a label, or `StateMachine([…, {target[:60]!r}])`"
-                )
+                hint = known.by(target) or f"write a label, or `StateMachine([…, {target[:60]!r}])`"
                 yield Diagnostic(TARGET, message, move.target.span, hint=hint)
     for end in ends:
         if end in found.labels:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 from collections.abc import Iterator, Mapping, MutableMapping
+from contextlib import suppress
 
 
 class DataTypeError(TypeError):
@@ -26,7 +27,8 @@ class _Store:
 
 class Data(MutableMapping[str, object]):
     """A mapping for one execution of a state, or for the program that made it. A key that was deleted keeps its type;
-    a value may be of a subclass, but `bool` is none of `int` here.
+    a value may be of a subclass, but `bool` is none of `int` here. An int for a float is stored as that float. A
+    key that was None first takes the type of the first other value, and None no more.
 
     DataTypeError: see there. LeftState: the execution does not count any more.
     """
@@ -63,6 +65,11 @@ class Data(MutableMapping[str, object]):
         with self._store.lock:
             self._open()
             first, where = self._store.types.setdefault(key, (type(value), place))
+            if first is type(None) and value is not None:
+                first, where = self._store.types[key] = (type(value), place)
+            if first is float and isinstance(value, int) and not isinstance(value, bool):
+                with suppress(OverflowError):
+                    value = float(value)
             if not isinstance(value, first) or (isinstance(value, bool) and first is int):
                 raise DataTypeError(
                     f"`{key}` has had the type {first.__name__} since {where}, and cannot be of type "

@@ -38,6 +38,8 @@ LOOKS = 5
 """Looks at the newest frame in a cycle."""
 SHORTEST = 0.0002
 """Seconds between two of them, at least."""
+GRACE = 0.2
+"""Seconds that a `cancel` may take before another state is executed beside it; half a deadline, where that is less."""
 LAST = 1.0
 """Seconds that the last `cancel` may take before `execute` returns without it."""
 
@@ -77,6 +79,15 @@ class Execution:
 
 
 @dataclass(slots=True)
+class Cancellation:
+    """One call of `cancel`."""
+
+    label: str
+    since: float
+    returned: bool = False
+
+
+@dataclass(slots=True)
 class Command:
     """What an operator asks for, and whether it has happened."""
 
@@ -86,6 +97,34 @@ class Command:
     """Of the frame before it was given; None: it was not given yet."""
     done: threading.Event = field(default_factory=threading.Event)
     failed: BaseException | None = None
+
+
+class Commands:
+    """What operators have asked for in an execution, and has not happened yet: kept until the run begins."""
+
+    def __init__(self) -> None:
+        self.asked: deque[Command] = deque()
+        self.wake = threading.Event()
+        self.begun = False
+        self._closed = False
+
+    def ask(self, kind: str, label: str | None = None) -> Command:
+        """Let the machine be commanded, after all that was asked for before. From any thread."""
+        command = Command(kind, label)
+        self.asked.append(command)
+        self.wake.set()
+        if self._closed:
+            self.refuse()
+        return command
+
+    def refuse(self) -> None:
+        """Let all commands fail, now and from now on: nothing looks at them any more."""
+        self._closed = True
+        with suppress(IndexError):
+            while True:
+                command = self.asked.popleft()
+                command.failed = RuntimeError("the state machine has ended")
+                command.done.set()
 
 
 class Driver:
@@ -99,6 +138,7 @@ class Driver:
         deadlines: Mapping[str, float],
         data: Data,
         period: float,
+        commands: Commands,
     ) -> None:
         self._live, self._found, self._states, self._data = live, found, states, data
         self._deadlines = deadlines
@@ -110,29 +150,15 @@ class Driver:
         self._current: Execution | None = None
         self._active: str | None = None
         """The state that was executed last, until it leads to another or is cancelled."""
-        self._commands: deque[Command] = deque()
-        self._closed = False
-        self._wake = threading.Event()
+        self._cancellations: list[Cancellation] = []
+        """Those that have not returned."""
+        self._cancellers: dict[int, Worker] = {}
+        """For each object that was cancelled, so that one that hangs holds up no other."""
+        self._commands, self._asked, self._wake = commands, commands.asked, commands.wake
+        commands.begun = True
         self._said: set[str] = set()
         self.label: str | None = None
         """The label or final outcome in which the machine is; None: it is paused."""
-
-    def command(self, kind: str, label: str | None = None) -> Command:
-        """Let the machine be commanded, after all that was asked for before. From any thread."""
-        command = Command(kind, label)
-        self._commands.append(command)
-        self._wake.set()
-        if self._closed:
-            self._refuse()
-        return command
-
-    def _refuse(self) -> None:
-        """Let all commands fail: nothing looks at them any more."""
-        with suppress(IndexError):
-            while True:
-                command = self._commands.popleft()
-                command.failed = RuntimeError("the state machine has ended")
-                command.done.set()
 
     def drive(self) -> str:
         """Until the run has ended: the final outcome. RuntimeError: it ended otherwise."""
@@ -171,9 +197,9 @@ class Driver:
         if current is not None and (current.label, current.ticket) != (label, due):
             self._leave(current)
             current = self._current = None
-        if self._commands and entered and (current is None or current.posted is None):
+        if self._asked and entered and (current is None or current.posted is None):
             self._operate(name, ticket)  # now the machine goes nowhere by itself
-        if label is None or self._commands:
+        if label is None or self._asked:
             return  # what is about to be left is not begun, nor answered
         if current is None:
             current = self._begin(label, due)
@@ -187,11 +213,24 @@ class Driver:
         return execution
 
     def _submit(self, execution: Execution) -> None:
-        """Let it be executed, once an execution of its object that was left has returned."""
+        """Let it be executed, once an execution of its object that was left has returned, and what is cancelled."""
         state = self._states[execution.label]
-        if not (execution.submitted or self._busy[id(state)].locked()):
+        if not (execution.submitted or self._busy[id(state)].locked() or self._is_cancelling(execution)):
             execution.submitted = True
             self._worker.do(lambda: self._execute(execution, state))
+
+    def _is_cancelling(self, execution: Execution) -> bool:
+        """Whether it has to wait for a `cancel`, as it does for one of its object, and else for a short time."""
+        self._cancellations = [one for one in self._cancellations if not one.returned]
+        now, grace = time.monotonic(), min(GRACE, self._deadlines[execution.label] / 2)
+        waits = False
+        for one in self._cancellations:
+            same = self._states[one.label] is self._states[execution.label]
+            if now - one.since > grace:
+                then = "waits for it" if same else "is executed meanwhile"
+                self._say(f"`cancel` of the state `{one.label}` has not returned: `{execution.label}` {then}")
+            waits = waits or same or now - one.since <= grace
+        return waits
 
     def _execute(self, execution: Execution, state: State) -> None:
         """On a worker."""
@@ -258,14 +297,23 @@ class Driver:
     def _cancel(self) -> None:
         """Let the state that is active stop what moves."""
         label, self._active = self._active, None
-        if label is not None:
-            self._worker.do(lambda: self._call_cancel(label))
+        if label is None:
+            return
+        one = Cancellation(label, time.monotonic())
+        self._cancellations.append(one)
+        key = id(self._states[label])
+        if key not in self._cancellers:
+            self._cancellers[key] = Worker()
+        self._cancellers[key].do(lambda: self._call_cancel(one))
 
-    def _call_cancel(self, label: str) -> None:
+    def _call_cancel(self, one: Cancellation) -> None:
         try:
-            self._states[label].cancel()
+            self._states[one.label].cancel()
         except BaseException as error:  # noqa: BLE001 - whatever is raised, the machine goes on
-            self._say(f"`cancel` of the state `{label}` has raised {type(error).__name__}", error)
+            self._say(f"`cancel` of the state `{one.label}` has raised {type(error).__name__}", error)
+        finally:
+            one.returned = True
+            self._wake.set()
 
     def _say(self, what: str, error: BaseException | None = None) -> None:
         """Log it the first time, and with the place of what was raised."""
@@ -276,7 +324,7 @@ class Driver:
     def _operate(self, name: str, ticket: int) -> None:
         """Give the command that was asked for first, or see that it has happened: nothing is answered meanwhile, so
         another ticket comes from it."""
-        command = self._commands[0]
+        command = self._asked[0]
         if command.kind == "enter":
             done = self.label == command.label and self.label in self._found.ends
             done = done or (command.ticket is not None and ticket != command.ticket)
@@ -284,7 +332,7 @@ class Driver:
             done = (name == PAUSED) == (command.kind == "suspend")
         if done:
             self._cancel()  # also where the machine is in the same state again
-            self._commands.popleft()
+            self._asked.popleft()
             command.done.set()
         elif command.ticket is None:
             command.ticket = ticket
@@ -292,20 +340,21 @@ class Driver:
                 self._live.command(command.kind, MACHINE, self._found.states[command.label] if command.label else None)
             except ValueError as error:
                 command.failed = error
-                self._commands.popleft()
+                self._asked.popleft()
                 command.done.set()
 
     def _close(self) -> None:
         current, self._current = self._current, None
         if current is not None:
             self._leave(current)
-        self._closed = True
-        self._refuse()
+        self._commands.refuse()
         self._cancel()
-        self._worker.do(None)
-        self._worker.thread.join(LAST)
-        if self._worker.thread.is_alive():
-            self._say("`cancel` of the last state has not returned, and is left behind")
+        until = time.monotonic() + LAST
+        for worker in (self._worker, *self._cancellers.values()):
+            worker.do(None)
+            worker.thread.join(max(0, until - time.monotonic()))
+        for label in dict.fromkeys(one.label for one in self._cancellations if not one.returned):
+            self._say(f"`cancel` of the state `{label}` has not returned, and is left behind")
 
 
 TICKET_SLOT, VERDICT = f"{MACHINE}.{TICKET}", "verdict("

@@ -74,6 +74,7 @@ def _arrangement(found: Transitions, whole: Span) -> ArrangementDraft:
         variables=(VariableDraft(word(TICKET), tickets, word(len(found.stages))),),
         states=(*(_state(found, stage) for stage in found.stages), *_ends(found), _paused(found, top)),
         states_at=top,
+        initial=word(found.states[found.begins]),
         suspend=word(PAUSED),
     )
     return ArrangementDraft(

@@ -27,14 +27,16 @@ from __future__ import annotations
 import math
 import re
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
-from llfsm_verify import Diagnostic, DiagnosticError, LiveRun, Model, Properties, RunReport, load
+from llfsm_verify import Diagnostic, DiagnosticError, Model, Properties, RunReport, load
 from llfsm_verify.extensions.crops.checks import problems, surprises
 from llfsm_verify.extensions.crops.codes import SHAPE
 from llfsm_verify.extensions.crops.data import Data
-from llfsm_verify.extensions.crops.driver import LOG, Command, Driver
+from llfsm_verify.extensions.crops.driver import LOG, Commands, Driver
 from llfsm_verify.extensions.crops.format import CYCLE_MS
 from llfsm_verify.extensions.crops.states import State
 from llfsm_verify.extensions.crops.transitions import Transitions, read
@@ -62,7 +64,10 @@ class StateMachine:
         self._deadlines: dict[str, float] = {}
         self._executed = threading.Lock()
         """Held while it is."""
+        self._commands: Commands | None = None
+        """Those of the execution."""
         self._driver: Driver | None = None
+        """None: nothing is executed, or the run has not begun yet."""
 
     def add_transition_file(self, path: str | Path) -> None:
         """Let this file say what follows which outcome. DiagnosticError: it cannot be read. ValueError: there is one
@@ -125,23 +130,30 @@ class StateMachine:
     ) -> str:
         """Execute states, 100 times a second, until the machine has come to a final outcome: that.
 
-        It begins in the state `initial` (None: the first of the file), with `data`. `properties`, `record`,
+        It begins in the state `initial` (None: as the file says), with `data`; where that is another state than the
+        file says, the arrangement is that of the file with `- initial: STATE`. `properties`, `record`,
         `whiteboard` and `rate` are as for `Model.run`. A property that is violated is logged at once (by the logger
         `llfsm_verify.crops`, as all else that goes wrong), and verdicts are in `report`. DiagnosticError: see `check`,
         and `Model.run`. RuntimeError: it is executed already, or the run has ended otherwise.
         """
         if not self._executed.acquire(blocking=False):
             raise RuntimeError("the state machine is executed already")
+        self._commands = commands = Commands()
         try:
             for surprise in self.check(initial):
                 LOG.warning("%s", surprise)
-            assert self._model is not None
             shared = data if isinstance(data, Data) else Data(data)
-            with self._model.run(properties, record=record, whiteboard=whiteboard, rate=rate) as live:
+            with self._begun(initial) as model:
+                run = model.run(properties, record=record, whiteboard=whiteboard, rate=rate)
+            with run as live:
                 for name, why in live.unmonitored.items():
                     LOG.warning("the property `%s` is not monitored: %s", name, why)
                 try:
-                    return self._drive(live, shared, initial, CYCLE_MS / 1000 / rate if rate else 0.0)
+                    period = CYCLE_MS / 1000 / rate if rate else 0.0
+                    self._driver = Driver(
+                        live, self._transitions, self._states, self._deadlines, shared, period, commands
+                    )
+                    return self._driver.drive()
                 finally:
                     self._driver = None
                     live.stop()
@@ -149,14 +161,22 @@ class StateMachine:
                     if self.report.unrecorded is not None:
                         LOG.error("the recording has ended before the run: %s", self.report.unrecorded)
         finally:
+            self._commands = None
+            commands.refuse()
             self._executed.release()
 
-    def _drive(self, live: LiveRun, data: Data, initial: str | None, period: float) -> str:
-        driver = Driver(live, self._transitions, self._states, self._deadlines, data, period)
-        if initial is not None and initial not in list(self._transitions.labels)[:1]:
-            driver.command("enter", initial)
-        self._driver = driver
-        return driver.drive()
+    @contextmanager
+    def _begun(self, initial: str | None) -> Iterator[Model]:
+        """The arrangement that begins there, in a file while a run begins: a recording keeps what stands in it."""
+        found = self._transitions
+        assert self._model is not None
+        if initial is None or initial == found.begins:
+            yield self._model
+            return
+        with TemporaryDirectory(prefix="llfsm-") as folder:
+            path = Path(folder, Path(found.source.name).name)
+            path.write_text(found.text_with(initial), encoding="utf-8")
+            yield load(path)
 
     @property
     def current(self) -> tuple[str, str] | None:
@@ -182,11 +202,13 @@ class StateMachine:
 
     def _command(self, kind: str, label: str | None = None) -> None:
         """RuntimeError: the machine is not executed, or has ended before. TimeoutError: it takes too long."""
-        driver = self._driver
-        if driver is None:
+        commands = self._commands
+        if commands is None:
             raise RuntimeError("the state machine is not executed")
-        command: Command = driver.command(kind, label)
-        if not command.done.wait(PATIENCE):
-            raise TimeoutError(f"the state machine has not taken the command `{kind}` within {PATIENCE:g} s")
+        command, begun = commands.ask(kind, label), commands.begun
+        while not command.done.wait(PATIENCE):
+            if begun:
+                raise TimeoutError(f"the state machine has not taken the command `{kind}` within {PATIENCE:g} s")
+            begun = commands.begun  # before, the model is compiled
         if command.failed is not None:
             raise command.failed

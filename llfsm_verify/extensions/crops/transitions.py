@@ -15,8 +15,10 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
 
+import yaml
+
 from llfsm_verify import Diagnostic
-from llfsm_verify.extensions.crops.codes import NEAR, SHAPE
+from llfsm_verify.extensions.crops.codes import LABEL, NEAR, SHAPE
 from llfsm_verify.plug import MappingNode as Mapped
 from llfsm_verify.plug import (
     Node,
@@ -33,11 +35,14 @@ COUNT = 8
 """Of tickets for each label, and of those before the first."""
 LIKENESS = 0.75
 """How similar to a label (`difflib`) what is no label has to be for a warning."""
+COMPARED = 20_000
+"""Pairs of texts that are compared in this way, at most: it takes 10 µs."""
 FAILED, TIMED_OUT = "failed", "timed out"
 TROUBLES = (FAILED, TIMED_OUT)
 """Outcomes that each state may give: it raised an exception, or it took longer than its deadline."""
 MACHINE, OUTCOME, ANSWERS, TICKET, NONE = "sm", "outcome", "answers", "ticket", "NONE"
 PAUSED = "Paused"
+INITIAL = "initial"
 _KEYS = ("state_label", "descriptive_name", "transitions")
 
 
@@ -71,11 +76,35 @@ class Transitions:
 
     source: Source
     stages: tuple[Stage, ...]
+    listed: Span
+    """Where the first state begins."""
+    initial: Scalar | None = None
+    """What an item `initial` says."""
+
+    @property
+    def begins(self) -> str:
+        """The label of the initial state: the first one, where the file does not say it."""
+        return self.stages[0].label.text if self.initial is None else self.initial.text
+
+    def text_with(self, initial: str) -> str:
+        """The text of the file, with an item that says in which state it begins; all else is in the same lines."""
+        text, written = self.source.text, yaml.safe_dump(initial, default_style='"', allow_unicode=True, width=10**6)
+        if self.initial is not None:
+            return text[: self.initial.span.start] + written.strip() + text[self.initial.span.end :]
+        end = re.search(r"^\.\.\.(?!\S)", text, re.MULTILINE)  # of the document, where something says it
+        at, start = len(text) if end is None else end.start(), self.listed.start
+        before = text[:at] if text[:at].endswith("\n") else f"{text[:at]}\n"
+        return f"{before}{' ' * (start - text.rfind(chr(10), 0, start) - 1)}- {INITIAL}: {written}{text[at:]}"
 
     @cached_property
     def labels(self) -> Mapping[str, int]:
-        """With their numbers, in the order of the file; the first one is the initial state."""
+        """With their numbers, in the order of the file."""
         return {stage.label.text: number for number, stage in enumerate(self.stages)}
+
+    @cached_property
+    def abouts(self) -> Mapping[str, str]:
+        """Labels by their descriptive names: of several, the first."""
+        return {stage.about: stage.label.text for stage in reversed(self.stages)}
 
     def __getitem__(self, label: str) -> Stage:
         return self.stages[self.labels[label]]
@@ -127,28 +156,51 @@ def read(report: Report, source: Source, root: Node) -> Transitions | None:
     listed = report.sequence(root, "a transition file")
     if listed is None:
         return None
-    stages = [stage for item in listed.items if (stage := _stage(report, item)) is not None]
+    begun = [item for item in listed.items if isinstance(item, Mapped) and [k.text for k, _ in item.items] == [INITIAL]]
+    told = [one for item in listed.items if item not in begun and (one := _stage(report, item)) is not None]
+    stages = [stage for stage, _ in told]
     if not listed.items:
         report.error(SHAPE, "a transition file has no states", mark(root), "write `- state:` for each of them")
     first: dict[str, Scalar] = {}
-    for stage in stages:
+    for stage, at in told:
         label = stage.label
         if label.text in first:
             message = f"there are two states with the label `{label.text[:60]}`"
-            where = f"the first one is at {first[label.text].span.nearby}"
-            report.error(SHAPE, message, label.span, "give one of them another label", (where,))
+            if label.span == first[label.text].span:
+                note, hint = "it is the label before, by an alias", "write it without an alias, with another label"
+                report.error(SHAPE, message, at, hint, (note,))
+            else:
+                note = f"the first one is at {first[label.text].span.nearby}"
+                report.error(SHAPE, message, label.span, "give one of them another label", (note,))
         first.setdefault(label.text, label)
+    initial = _initial(report, begun, first)
     if any(d.is_error for d in report.diagnostics[before:]):
         return None
-    found = Transitions(source, tuple(stages))
+    found = Transitions(source, tuple(stages), listed.span, initial)
     report.diagnostics += _near(found)
     return found
 
 
-def _stage(report: Report, item: Node) -> Stage | None:
-    """A state: an item `state:`, with its keys below it, or beside it."""
+def _initial(report: Report, begun: Collection[Mapped], labels: Mapping[str, Scalar]) -> Scalar | None:
+    """The label in an item `initial`."""
+    found = [label for item in begun if (label := report.scalar(item.items[0][1], f"`{INITIAL}`")) is not None]
+    for label in found[1:]:
+        report.error(SHAPE, f"there are two items `{INITIAL}`", label.span, "remove one of them")
+    for label in found[:1]:
+        if label.text not in labels:
+            hint = near(label.text, labels) or "write a `state_label` of the file"
+            report.error(
+                LABEL, f"`{INITIAL}: {label.text[:60]}` names no label of the transition file", label.span, hint
+            )
+    return found[0] if found else None
+
+
+def _stage(report: Report, item: Node) -> tuple[Stage, Span] | None:
+    """A state: an item `state:`, with its keys below it, or beside it. And the place of that word."""
+    at = mark(item)
     pairs = item.items if isinstance(item, Mapped) else ()
     if pairs and pairs[0][0].text == "state":
+        at = pairs[0][0].span
         value, rest = pairs[0][1], pairs[1:]
         if rest and isinstance(value, Scalar) and not value.text.strip():
             assert isinstance(item, Mapped)
@@ -179,13 +231,43 @@ def _stage(report: Report, item: Node) -> Stage | None:
             found[outcome.text] = Move(outcome, target)
     if not moves.items:
         report.error(SHAPE, f"the state `{label.text[:60]}` has no transitions", mark(moves), "write `OUTCOME: STATE`")
-    return Stage(label, about.text, found, mark(moves))
+    return Stage(label, about.text, found, mark(moves)), at
 
 
-def meant(found: Transitions, target: str, names: Iterable[str]) -> str | None:
-    """A hint that says which label was meant by a target that is none; None: none is known."""
-    label = next((stage.label.text for stage in found.stages if stage.about == target), None)
-    return near(target, names) if label is None else f"write `{label}`, the label of what this describes"
+class Meant:
+    """Says which of some names was meant by a text that is none of them.
+
+    Of many names and texts, only those are found that differ in one place: comparing all takes the square of their
+    number.
+    """
+
+    def __init__(self, found: Transitions, names: Iterable[str]) -> None:
+        self._abouts, self._names = found.abouts, list(names)
+        self._left = COMPARED
+
+    def by(self, text: str) -> str | None:
+        """A hint; None: none is similar."""
+        label = self._abouts.get(text)
+        if label is not None:
+            return f"write `{label}`, the label of what this describes"
+        self._left -= len(self._names)
+        if self._left >= 0:
+            return near(text, self._names)
+        return near(text, dict.fromkeys(name for part in _parts(text) for name in self._by_parts.get(part, ())))
+
+    @cached_property
+    def _by_parts(self) -> Mapping[str, list[str]]:
+        found: dict[str, list[str]] = {}
+        for name in self._names:
+            for part in _parts(name):
+                found.setdefault(part, []).append(name)
+        return {part: names[: COMPARED // 1_000] for part, names in found.items()}
+
+
+def _parts(text: str) -> set[str]:
+    """A text without one of its first characters, and whole: texts that differ in one place have a part in common."""
+    text = text.casefold()[:100]
+    return {text, *(text[:at] + text[at + 1 :] for at in range(len(text)))}
 
 
 def near(text: str, names: Iterable[str]) -> str | None:
@@ -195,10 +277,11 @@ def near(text: str, names: Iterable[str]) -> str | None:
 
 
 def _near(found: Transitions) -> Iterable[Diagnostic]:
+    meant = Meant(found, found.labels)
     for stage in found.stages:
         for move in stage.moves.values():
             target = move.target.text
-            hint = None if target in found.labels else meant(found, target, found.labels)
+            hint = None if target in found.labels else meant.by(target)
             if hint is not None:
                 message = f"`{target[:60]}` is not a label, and is taken for a final outcome"
                 yield Diagnostic(NEAR, message, move.target.span, hint=hint)

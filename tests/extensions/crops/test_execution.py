@@ -234,6 +234,92 @@ def test_it_begins_where_it_is_told_and_ends_where_it_is_sent(tmp_path: Path) ->
     assert sm.report is not None and sm.report.ending == "ended"
 
 
+def test_what_is_monitored_and_recorded_begins_in_the_state_of_execute(tmp_path: Path) -> None:
+    text = GATE + GATE.replace("label: Gate", 'label: "ä: #1"') + "# the end"
+    gate, other = Gate("early", "late"), Gate("late", "early")
+    sm = machine(tmp_path, {"Gate": gate, "ä: #1": other}, text, ("Right", "Wrong"))
+    for each in (gate, other):
+        each.go.set()
+    for initial, verdict in (("ä: #1", "undecided"), (None, "violated"), ("Gate", "violated")):
+        recording = tmp_path / f"{initial and sm._transitions.states[initial]}.rec"
+        sm.execute(initial, rate=RATE, record=recording, properties=["G !sm@Gate"])
+        assert sm.report is not None
+        assert [found for _, found, *_ in sm.report.monitored] == [verdict]
+        assert llfsm("replay", str(recording)).returncode == 0
+        done = llfsm("check-recording", str(recording), "-p", "G !sm@Gate")
+        said = verdict.replace("undecided", "satisfied")  # of the whole run
+        assert done.stdout.startswith(said), done.stdout + done.stderr
+
+
+def test_a_command_is_kept_until_the_run_begins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Here while the model is compiled: the state in which it begins is never executed."""
+    text = GATE + GATE.replace("label: Gate", "label: Other")
+    gate, other = Gate("early", "late"), Gate("early", "late")
+    sm = machine(tmp_path, {"Gate": gate, "Other": other}, text, ("Right", "Wrong"))
+    assert sm._model is not None
+    run, commands = sm._model.run, list[threading.Thread]()
+
+    def late(*words: object, **options: object):
+        for what in (sm.pause, lambda: sm.change_state("Other")):
+            asked = len(commands)
+            commands.append(threading.Thread(target=what))
+            commands[-1].start()
+            wait_for(lambda asked=asked: sm._commands is not None and len(sm._commands.asked) > asked)
+        return run(*words, **options)
+
+    monkeypatch.setattr(type(sm._model), "run", lambda _, *words, **options: late(*words, **options))
+    other.go.set()
+    assert sm.execute(rate=RATE) == "Wrong"
+    for command in commands:
+        command.join(60)
+    assert (gate.executed, other.executed) == (0, 1)
+
+
+def test_commands_to_a_run_that_cannot_begin_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sm, refused = machine(tmp_path, {"Gate": Gate("early", "late")}, GATE, ("Right", "Wrong")), list[str]()
+
+    def pause() -> None:
+        try:
+            sm.pause()
+        except RuntimeError as error:
+            refused.append(str(error))
+
+    def fails(*_: object, **__: object) -> None:
+        asked.start()
+        wait_for(lambda: sm._commands is not None and bool(sm._commands.asked))
+        raise ZeroDivisionError
+
+    asked = threading.Thread(target=pause)
+    monkeypatch.setattr(type(sm._model), "run", fails)
+    with pytest.raises(ZeroDivisionError):
+        sm.execute()
+    asked.join(60)
+    assert refused == ["the state machine has ended"]
+
+
+@pytest.mark.parametrize("deadline", [1e6, None])
+def test_a_cancel_that_hangs_holds_up_no_other_state(deadline: float | None, tmp_path: Path, caplog) -> None:
+    """And the same object waits until it has returned, which is said."""
+    text = GATE + GATE.replace("label: Gate", "label: Other")
+    gate, other, go = Gate("early", "late"), Gate("early", "late"), threading.Event()
+    gate.cancel = lambda: go.wait(60) and None  # type: ignore[method-assign]
+    gate.deadline = other.deadline = deadline
+    sm = machine(tmp_path, {"Gate": gate, "Other": other}, text, ("Right", "Wrong"))
+    told = "`cancel` of the state `Gate` has not returned: `"
+    with Executed(sm, rate=RATE) as done:
+        assert gate.inside.wait(60)
+        sm.change_state("Other")
+        assert other.inside.wait(60), "it waits for what hangs"
+        assert f"{told}Other` is executed meanwhile" in caplog.messages
+        gate.go.set()
+        sm.change_state("Gate")
+        wait_for(lambda: f"{told}Gate` waits for it" in caplog.messages)
+        assert gate.executed == 1
+        go.set()
+        other.go.set()
+    assert (done.outcome, gate.executed) == ("Right", 2)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_commands_at_random_moments_lose_and_double_nothing(seed: int, tmp_path: Path) -> None:
@@ -301,6 +387,19 @@ def test_data_keep_the_types_that_they_first_had() -> None:
     del data["left"]
     with pytest.raises(DataTypeError):
         data.update(left=None)
+    data["speed"] = 1.5
+    data["speed"] = 2
+    assert repr(data["speed"]) == "2.0"
+    for wrong in (True, 10**400):
+        with pytest.raises(DataTypeError, match="type float since"):
+            data["speed"] = wrong
+    data["found"] = None
+    data["found"] = None
+    data["found"] = 3
+    with pytest.raises(DataTypeError, match="type int since"):
+        data["found"] = None
+    for key in ("speed", "found"):
+        del data[key]
     assert dict(data) == {"fruit": [1]}
     data["left"] = 4
     assert sorted(data) == ["fruit", "left"]
@@ -477,7 +576,7 @@ def test_a_state_that_hangs_again_and_again_keeps_one_thread(tmp_path: Path, cap
     with Executed(sm, rate=RATE, record=tmp_path / "run.rec") as done:
         wait_for(lambda: hanging.executed == 1)
         wait_for(lambda: {f"the state `{label}` {why}" for label in ("Gate", "Other")} <= set(caplog.messages))
-        wait_for(lambda: threads() <= before + 2)
+        wait_for(lambda: threads() <= before + 3)  # and one that cancels it
         sm.change_state("Right")
     assert (done.outcome, hanging.executed) == ("Right", 1)
     assert len(counted(tmp_path / "run.rec", sm, text)) >= 2
@@ -548,12 +647,12 @@ def test_a_command_to_a_machine_that_ends_is_refused_at_once(tmp_path: Path) -> 
     gate.cancel = inside.cancel  # type: ignore[method-assign]
     with Executed(sm, rate=RATE) as done:
         assert gate.inside.wait(60)
-        driver = sm._driver
-        assert driver is not None
+        commands = sm._commands
+        assert commands is not None
         sm.change_state("Right")
         gate.go.set()
     assert done.outcome == "Right"
-    late = driver.command("suspend")
+    late = commands.ask("suspend")
     assert late.done.is_set()
     assert str(late.failed) == "the state machine has ended"
 

@@ -32,6 +32,11 @@ WRONG = [
     (ONE + "- §outcomes: [Exit]", "E034", "- state:"),
     (ONE + "-§ ", "E030", ""),
     (ONE + ONE.replace("Locate_fruits\n    desc", "§Locate_fruits\n    desc"), "E544", "another label"),
+    (ONE.replace("state:", "state: &one", 1) + "- §state: *one", "E544", "without an alias"),
+    (ONE + ONE.replace("Locate_fruits\n    desc", "§Locate_fruits\n    desc"), "E544", "another label"),
+    (ONE + "- initial: §Locate_fruit", "E547", "did you mean `Locate_fruits`?"),
+    (ONE + "- initial: §[Locate_fruits]", "E032", ""),
+    (ONE + "- initial: Locate_fruits\n- initial: §Locate_fruits", "E544", "remove one"),
     (ONE[: ONE.index("transitions:")] + "transitions: §{}", "E544", "OUTCOME: STATE"),
     (ONE[: ONE.index("transitions:")] + "transitions: §[No fruit, Found_fruit]", "E030", "key: value"),
     (ONE.replace("Found_fruit: Exit", "Found_fruit: §Locate_fruit"), "W544", "Locate_fruits"),
@@ -143,6 +148,33 @@ def test_what_is_looked_at_before_a_run_takes_time_as_there_are_states(tmp_path:
         return len(made)
 
     assert calls(160) < 5 * calls(40)
+
+
+def test_many_ends_are_compared_with_many_labels_in_a_moment(tmp_path: Path) -> None:
+    """Counted in comparisons. What differs in one place from a label is still found."""
+    asked: list[int] = []
+    stages = [ONE.replace("Locate_fruits", f"state {i:x} {i}", 1).replace("Exit", f"{i} out {i:x}") for i in range(500)]
+    text = "".join(stages).replace("No fruit: Locate_fruits", "No fruit: state 0 0") + "      more: State 1f3 499\n"
+    sys.setprofile(lambda frame, event, _: asked.append(1) if frame.f_code.co_name == "ratio" else None)
+    try:
+        (tmp_path / "transfile.yaml").write_text(text, encoding="utf-8")
+        found = load(tmp_path / "transfile.yaml").wrapped.warnings
+    finally:
+        sys.setprofile(None)
+    assert len(asked) < 5_000
+    assert [(d.code, d.hint) for d in found] == [("W544", "did you mean `state 1f3 499`?")]
+
+
+@pytest.mark.parametrize("tail", ["", "# the end", "...\n", "- initial: 'state 1' # here\n"])
+@pytest.mark.parametrize("indent", ["", "  "])
+def test_the_item_initial_says_where_it_begins(tail: str, indent: str, tmp_path: Path) -> None:
+    text = ONE.replace("Locate_fruits", "state 1") + ONE.replace("Locate_fruits", "'2'")
+    tail = tail.replace("- ", f"{indent}- ")
+    sm = machine(tmp_path, {}, "".join(f"{indent}{line}\n" for line in text.splitlines()) + tail)
+    for label in ("2", "state 1"):
+        (tmp_path / "other.yaml").write_text(sm._transitions.text_with(label), encoding="utf-8")
+        (instance,) = load(tmp_path / "other.yaml").wrapped.machines
+        assert instance.states[instance.initial].name == sm._transitions.states[label]
 
 
 class Silent(State):
