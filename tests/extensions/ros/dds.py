@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +55,7 @@ class Child:
     """The program of a port of the kind `ros2`, as a run has it."""
 
     def __init__(
-        self, domain: int, folder: Path, topics: Mapping[str, Any], inputs: Mapping[str, Any],
+        self, domain: int | None, folder: Path, topics: Mapping[str, Any], inputs: Mapping[str, Any],
         outputs: Sequence[str] = (), **told: Any,
     ) -> None:  # fmt: skip
         ours, theirs = socket.socketpair()
@@ -75,23 +75,34 @@ class Child:
         return self._socket.fileno()
 
     def tell(self, **line: object) -> None:
-        self._socket.sendall(json.dumps(line).encode() + b"\n")
+        """As a run does, read meanwhile: a program that waits until it is read would not read either."""
+        data = json.dumps(line).encode() + b"\n"
+        while data:
+            reads, writes, _ = select.select([self._socket], [self._socket], [])
+            if reads:
+                self._rest += self._received()
+            if writes:
+                with suppress(BlockingIOError):
+                    data = data[self._socket.send(data, socket.MSG_DONTWAIT) :]
+
+    def _received(self) -> bytes:
+        data = self._socket.recv(1 << 16)
+        assert data, f"the program has ended, and said {self.said}"
+        return data
 
     def line(self) -> dict[str, Any]:
         """The next line; what it says and what is lost is kept."""
         while b"\n" not in self._rest:
-            data = self._socket.recv(1 << 16)
-            assert data, f"the program has ended, and said {self.said}"
-            self._rest += data
+            self._rest += self._received()
         text, _, self._rest = self._rest.partition(b"\n")
         found: dict[str, Any] = json.loads(text)
         self.said += [found["say"]] if "say" in found else []
         self.lost += [found["why"]] if "lost" in found else []
         return found
 
-    def has_said(self) -> bool:
-        """Whether `line` would not wait."""
-        return b"\n" in self._rest or bool(select.select([self._socket], [], [], 0)[0])
+    def has_said(self, patience: float = 0) -> bool:
+        """Whether `line` would not wait, perhaps after these seconds."""
+        return b"\n" in self._rest or bool(select.select([self._socket], [], [], patience)[0])
 
     def until(self, key: str) -> dict[str, Any]:
         """The next line with this key."""
@@ -142,7 +153,7 @@ def connect(reads: Child, writes: Child, values: Mapping[str, Any]) -> dict[str,
     found: dict[str, Any] = {}
     while values.keys() - found:
         writes.tell(values=values)
-        while select.select([reads], [], [], 0.05)[0] or reads.has_said():
+        while reads.has_said(0.05):
             found = {**reads.line().get("values", {}), **found}
     return found
 

@@ -123,12 +123,14 @@ def test_as_many_messages_come_as_were_sent(fastdds: tuple[int, Callable[..., st
     inputs = {"/counts_out.n": decimals(0), "/counts_out.t": decimals(1)}
     used = topics(counts_in=of, counts_out=of)
     with child(domain, tmp_path, used, inputs, ["/counts_in.n", "/counts_in.t"]) as ours:
-        while not ours.has_said():  # each side knows the other
+        while not ours.has_said(0.05):  # each side knows the other
             assert line("publish 1\n") == "published 1"
         while line("heard 0\n") == "no":
             ours.tell(values={"/counts_in": {"n": 0, "t": 0}})
+            while ours.has_said(0.05):
+                ours.line()
         assert line(f"publish {MANY}\n") == f"published {MANY}"
-        got = [ours.values()["/counts_out"]]
+        got: list[dict[str, Any]] = [ours.values()["/counts_out"]]
         while got[-1]["n"] != MANY:
             got.append(ours.values()["/counts_out"])
         assert got[-MANY:] == [{"n": n, "t": f"{n / 2:.1f}"} for n in range(1, MANY + 1)]
