@@ -179,7 +179,7 @@ def mutated(document: Any, rng: random.Random) -> Any:
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_reader_and_schema_agree_on_random_documents() -> None:
     """What the loader takes the schema takes, and what is wrong in structure it refuses."""
     document = yaml.load(WHOLE, Loader=yaml.BaseLoader)

@@ -128,7 +128,7 @@ def test_the_loop_of_a_trace_for_apalache(tmp_path: Path) -> None:
     assert trace["states"][4]["n"] == 4 and trace["states"][4]["wide"] == {"#bigint": str(1 << 60)}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_others_read_what_is_written(tmp_path: Path) -> None:
     tally: Counter[str] = Counter()
 

@@ -223,7 +223,7 @@ def test_what_does_not_fit_is_said_before_anything_is_executed(change, ends, cod
     assert sm.report is None
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_it_is_verified_linted_and_drawn(tmp_path: Path) -> None:
     path = tmp_path / "transfile.yaml"
     path.write_text(TRANSITION_FILE, encoding="utf-8")
