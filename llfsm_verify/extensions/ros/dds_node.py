@@ -36,6 +36,7 @@ from cyclonedds.topic import Topic
 
 from llfsm_verify.extensions.ros.msgs import (
     COUNT,
+    MOST_DOMAIN,
     Many,
     Messages,
     Named,
@@ -225,6 +226,14 @@ def configuration(peers: Iterable[str], interface: str | None) -> str | None:
     )
 
 
+def domain_number(given: int | None) -> int:
+    """That of the file of ports, or else that of ROS 2. Unreadable."""
+    text = os.environ.get("ROS_DOMAIN_ID", "") if given is None else str(given)
+    if not re.fullmatch("[0-9]{0,3}", text) or int(text or 0) > MOST_DOMAIN:
+        raise Unreadable(f"ROS_DOMAIN_ID is `{text[:60]}`; write a number from 0 to {MOST_DOMAIN}", "")
+    return int(text or 0)
+
+
 def _resolve(peer: str) -> None:
     """Unreadable: nobody has this address, which would end Cyclone DDS with the whole program."""
     try:
@@ -264,6 +273,8 @@ class End:
     """When it is published to somebody who has come since."""
     count: int = 0
     """Of those that are connected."""
+    known: bool = False
+    """Whether one was ever connected, or it was said that none is."""
     others: dict[Any, tuple[DcpsEndpoint, float]] = field(default_factory=dict)
     """Endpoints that are not known to be connected, and since when they are there."""
 
@@ -283,8 +294,10 @@ class Node:
             _resolve(peer)
         settings = configuration(told["peers"], told["interface"])
         self._ignored = settings is not None and "CYCLONEDDS_URI" in os.environ
-        self._domain = None if settings is None else Domain(told["domain"], settings)
-        self._participant = DomainParticipant(told["domain"])
+        number = domain_number(told["domain"])
+        self._domain = None if settings is None else Domain(number, settings)
+        self._participant = DomainParticipant(number)
+        self._settled = time.monotonic() + told.get("settling", math.inf)
         self._own = self._participant.guid
         self._topics: dict[str, Topic[Any]] = {}
         self._readers = self._ends(told["topics"], hello["inputs"], self._reader)
@@ -383,12 +396,18 @@ class Node:
         for end in self._readers.values():
             self._matched(end, end.entity.get_subscription_matched_status().current_count, now)
             self._judge(end, now, reads=True)
+            if not end.known and now >= self._settled:
+                end.known = True
+                self.say(say=f"nobody publishes {end.name} yet; without `timeout` that is not a failure")
+        if now >= self._settled:
+            self._settled = math.inf
         for end in self._writers.values():
             self._matched(end, end.entity.get_publication_matched_status().current_count, now)
             self._judge(end, now, reads=False)
 
     def _matched(self, end: End, count: int, now: float) -> None:
         before, end.count = end.count, count
+        end.known = end.known or count > 0
         if end.waits and count and end.due is None:
             end.due = now + SETTLING
         if end.due is not None and now >= end.due:
@@ -455,6 +474,7 @@ class Node:
         self._look()
         while True:
             waits = any(end.others or end.due is not None for _, ends in self._found for end in ends.values())
+            waits = waits or (self._settled < math.inf and not all(end.known for end in self._readers.values()))
             patience = 0.0 if more else SETTLING if waits else None
             ready = select.select([read, self._wake_read], [], [], patience)[0]
             woken = os.read(self._wake_read, 1 << 16) if self._wake_read in ready else b""

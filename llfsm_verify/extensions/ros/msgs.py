@@ -26,6 +26,8 @@ MOST = 1_000_000
 """Elements of an array, characters of a string with a bound: every message has all elements of its arrays."""
 COUNT = ("count", "length")
 """After an array or a sequence: how many elements it has."""
+MOST_DOMAIN = 231
+"""The last domain of DDS of which all ports of UDP exist, also of the hundredth participant."""
 EMPTY = "structure_needs_at_least_one_member"
 """The field that ROS 2 gives to a message without fields."""
 

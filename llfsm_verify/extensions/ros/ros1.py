@@ -74,6 +74,8 @@ NODE = str(Path(__file__).with_name("ros1_node"))
 QUEUE, MOST_QUEUE = 100, 100_000
 ANSWERING = 10
 """Seconds in which the arrangement must answer a service."""
+SETTLING = 5.0
+"""Seconds after which a topic that nobody has published is said."""
 CHECKING = 30.0
 """Seconds in which types must be found."""
 INSTALL = (
@@ -155,7 +157,7 @@ class Ros1(PortKind):
             report.error(
                 WRONG_PORT, f"`{node.text[:60]}` cannot be a node", mark(node), "write letters, digits and `_`"
             )
-        folders = _folders(report, found.get("messages"), folder)
+        folders = folders_of(report, found.get("messages"), folder)
         asked: dict[str, _Asked] = {}
         topics = dict(_topics(report, found, asked))
         services = dict(_services(report, found, asked))
@@ -178,7 +180,7 @@ class Ros1(PortKind):
             return None
         told: dict[str, Json] = {
             "node": named.get("node"), "messages": list(folders), "topics": topics, "services": services,
-            "events": list(_events(found)), "when": "when" in found,
+            "events": list(_events(found)), "when": "when" in found, "settling": SETTLING,
             "values": [key.text for key, _ in values.items] if isinstance(values := found.get("values"), MappingNode)
             else [],
         }  # fmt: skip
@@ -206,7 +208,7 @@ class Ros1(PortKind):
         return "a parameter is written as `param:/picker/rate`" if wrong else None
 
 
-def _folders(report: Report, node: Node | None, folder: str) -> tuple[str, ...]:
+def folders_of(report: Report, node: Node | None, folder: str) -> tuple[str, ...]:
     sequence = None if node is None else report.sequence(node, "`messages`")
     scalars = [] if sequence is None else [report.scalar(item, "what `messages` has") for item in sequence.items]
     found = []

@@ -24,7 +24,8 @@ from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 
-from llfsm_verify.extensions.ros.msgs import NAME, Messages, Unreadable
+from llfsm_verify.extensions.ros.msgs import MOST_DOMAIN, NAME, Messages, Unreadable
+from llfsm_verify.extensions.ros.ros1 import SETTLING, folders_of
 from llfsm_verify.plug import (
     CHILD_FIELDS,
     NUMBER,
@@ -84,7 +85,7 @@ class Ros2(PortKind):
                 "folders with types: `std_msgs/msg/Bool.msg`, or `.idl`; those of an installed ROS 2 are found",
                 Several(Single(("string",))),
             ),
-            Field("domain", "the domain of DDS (ROS_DOMAIN_ID), 0 by default", NUMBER),
+            Field("domain", "the domain of DDS (default: ROS_DOMAIN_ID, or 0)", NUMBER),
             Field(
                 "peers",
                 "addresses of other computers, which are then found without multicast; `[127.0.0.1]` is this one",
@@ -100,11 +101,8 @@ class Ros2(PortKind):
     def settings(self, report: Report, found: Mapping[str, Node], what: str, folder: str) -> Started | None:
         """See `Kind`."""
         before = len(report.diagnostics)
-        folders = _words(report, found.get("messages"), "messages")
-        for one, at in folders:
-            if not Path(folder, one).is_dir():
-                report.error(WRONG_PORT, f"there is no folder `{one[:60]}`", mark(at), "write one with `std_msgs/msg`")
-        messages = Messages(str(Path(folder, one).resolve()) for one, _ in folders)
+        folders = folders_of(report, found.get("messages"), folder)
+        messages = Messages(folders)
         topics = dict(_topics(report, found["topics"], what, messages))
         if len(report.diagnostics) == before:
             for key in ("inputs", "outputs"):
@@ -115,17 +113,17 @@ class Ros2(PortKind):
             if not re.fullmatch(r"[\w.:%-]+", at.text, re.ASCII):
                 message = f"`{at.text[:60]}` is not an address or an interface"
                 report.error(WRONG_PORT, message, mark(at), "write one such as `192.168.0.7`, or `lo`")
-        domain = whole_number(report, found, "domain", 0, 232, 0)
+        domain = whole_number(report, found, "domain", 0, MOST_DOMAIN, 0) if "domain" in found else None
         timing = patience_of(report, found, what)
         if len(report.diagnostics) > before or timing is None:
             return None
         told: dict[str, Json] = {
-            "domain": domain, "peers": [peer for peer, _ in peers], "topics": dict(topics),
+            "domain": domain, "peers": [peer for peer, _ in peers], "topics": dict(topics), "settling": SETTLING,
             "interface": None if interface is None else interface.text,
-            "messages": [str(Path(folder, one).resolve()) for one, _ in folders],
+            "messages": list(folders),
         }  # fmt: skip
         run = (sys.executable, "-P", "-m", "llfsm_verify.extensions.ros.dds_node")
-        hint = "correct `domain`, `peers` or `interface`, or the file that CYCLONEDDS_URI names"
+        hint = "correct `domain` (or ROS_DOMAIN_ID), `peers` or `interface`, or the file that CYCLONEDDS_URI names"
         started = ProcessSettings(run, str(Path(folder).resolve()), told, *timing, hint=hint).started
 
         def start(link: Link) -> Port:

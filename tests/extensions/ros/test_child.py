@@ -256,6 +256,20 @@ def test_a_type_of_another_kind_is_told_and_mended(graph: Graph):
     assert child.input("/type.data") == "2.0"
 
 
+def test_a_topic_that_was_never_published_is_said_once(graph: Graph):
+    told = {"topics": {"/never": topic("std_msgs/Bool"), "/seldom": topic("std_msgs/Bool")}, "events": ["/seldom.data"]}
+    child = graph.child({**told, "settling": 0}, inputs={"/never.data": BOOL, "/seldom.data": BOOL})
+    peer = graph.peer()
+    assert child.until("say")["say"] == "nobody publishes /never yet; without `timeout` that is not a failure"
+    for name in ("/seldom", "/never"):
+        peer.do("publisher", topic=name, of="std_msgs/Bool")
+        peer.do("publish", topic=name, values={"data": True})
+        assert child.input(f"{name}.data") is True
+    peer.close()
+    assert child.until("lost") == {"lost": ["/never.data"], "why": "/never has no publisher any more"}
+    assert len([line for line in child.lines.all if "say" in line]) == 1
+
+
 def test_a_master_goes_and_returns(alone: Graph):
     old = alone.peer()
     old.do("publisher", topic="/old", of="std_msgs/Bool")
@@ -311,6 +325,7 @@ def test_another_node_takes_the_name(alone: Graph):
     other = alone.child({"node": "picker"}, inputs={})
     lost = child.until("lost")
     assert lost["lost"] == [] and "new node registered with same name" in lost["why"]
+    assert lost["why"].endswith("; write another name under `node`")
     child.end()
     other.end()
 

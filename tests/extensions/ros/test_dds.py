@@ -71,6 +71,34 @@ def test_a_publisher_that_leaves_is_lost_and_may_come_back(domain: int, folder: 
             assert reads.until("lost") == {"lost": ["/door.data"], "why": "nobody publishes /door any more"}
 
 
+def test_a_topic_that_was_never_published_is_said_once(domain: int, folder: Path) -> None:
+    used = topics(door=DOOR)
+    with (
+        child(domain, folder, used, {"/door.data": BOOL}, settling=0) as reads,
+        child(domain, folder, used, {}, ["/door.data"], settling=0) as writes,
+    ):
+        assert reads.until("say")["say"] == "nobody publishes /door yet; without `timeout` that is not a failure"
+        connect(reads, writes, {"/door": {"data": True}})
+        assert len(reads.said) == 1 and not writes.said
+
+
+def test_the_domain_is_that_of_the_environment(domain: int, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    used = topics(door=DOOR)
+    with child(domain, folder, used, {"/door.data": BOOL}) as reads:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
+        with child(None, folder, used, {}, ["/door.data"]) as writes:
+            assert connect(reads, writes, {"/door": {"data": True}}) == {"/door": {"data": True}}
+
+
+@pytest.mark.parametrize("text", ["232", "-1", "7 ", "1e2"])
+def test_a_domain_that_cannot_be_is_said(text: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", text)
+    made = Child(None, folder, topics(door=DOOR), {"/door.data": BOOL})
+    assert made.line()["say"] == f"ROS_DOMAIN_ID is `{text}`; write a number from 0 to 231"
+    assert made.process.wait() == 1
+    made.kill()
+
+
 def test_another_type_under_the_same_topic_is_said(domain: int, folder: Path) -> None:
     write_types(folder, {"demo/msg/Door.msg": "string data\n"})  # of equal fields, Cyclone DDS connects them
     with (
@@ -169,6 +197,15 @@ def test_a_flood_is_taken_as_fast_as_the_run_reads(domain: int, folder: Path) ->
             writes.tell(values={"/n": {"n": n + 1}})
         seen = [got["/n"]["n"] for got in reads.upto({"/n": {"n": many}}) if got["/n"]["n"]]
         assert seen == sorted(set(seen)) and reads.said == writes.said == []
+
+
+def test_a_run_that_says_more_than_it_reads_is_heard(domain: int, folder: Path) -> None:
+    many = 5000  # more than the two sockets hold
+    with child(domain, folder, topics(door=DOOR), {}, ["/door.data"]) as writes:
+        for _ in range(many):
+            writes.tell(values={"/door": {"data": "maybe"}})
+        for _ in range(many):
+            assert writes.until("say")["say"] == "/door keeps its value: `maybe` is not a value of bool"
 
 
 @pytest.mark.parametrize(

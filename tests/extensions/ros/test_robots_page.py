@@ -32,7 +32,7 @@ def subscribed(graph: Graph, topic: str) -> bool:
     return any(name == topic for name, _ in state[1])  # type: ignore[index, union-attr, misc]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_ten_steps_lead_to_a_graph_of_ros(alone: Graph, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     steps = re.findall(r"^\*\*(\d+)\. ", Path(PAGE).read_text(encoding="utf-8"), re.MULTILINE)
     assert steps == [str(number) for number in range(1, 11)]

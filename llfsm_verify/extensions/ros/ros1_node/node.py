@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import http.client
 import logging
+import math
 import os
 import re
 import threading
@@ -74,10 +75,12 @@ class Input:
         """Whether they are events, which no publisher needs to be there for."""
         self.subscriber: Any = None
         self.connected = False
+        self.unheard = not self.alone
+        """Whether no publisher was ever there, and it was not said yet."""
 
     def take(self, message: Any) -> None:
         """A message has come."""
-        self.connected = True
+        self.connected, self.unheard = True, False
         values, broken = {}, {}
         for name, field, digits in self._read:
             try:
@@ -137,6 +140,7 @@ class Node:
         self._over = False
         rospy.core.add_preshutdown_hook(self._shut_down)
         self._always = bool(told.get("when"))
+        self._settled = time.monotonic() + float(told.get("settling", math.inf))
         known, inputs = told.get("values", ()), hello["inputs"]
         self.parameters = {f: _parameter(f, of, known) for f, of in inputs.items() if f.startswith(PARAMETER)}
         self._values: Dict[str, Any] = {}
@@ -228,6 +232,10 @@ class Node:
                 if one.connected and not connected and not one.alone:
                     self._channel.lost(one.fields, f"{one.topic} has no publisher any more")
                 one.connected = connected
+                one.unheard = one.unheard and not connected
+                if one.unheard and time.monotonic() >= self._settled:
+                    one.unheard = False
+                    self._channel.say(f"nobody publishes {one.topic} yet; without `timeout` that is not a failure")
             for asked in self._asked.values():
                 asked.look()
             time.sleep(LOOKS)
@@ -247,7 +255,8 @@ class Node:
 
     def _shut_down(self, reason: str) -> None:
         if not self._over:
-            self._channel.tell({"lost": [], "why": f"the node was shut down: {reason}"})
+            hint = "; write another name under `node`" if "same name" in reason else ""
+            self._channel.tell({"lost": [], "why": f"the node was shut down: {reason}{hint}"})
 
     def _knows(self) -> bool:
         """Whether the master knows this node. Raises whatever a wrong one makes of it."""
