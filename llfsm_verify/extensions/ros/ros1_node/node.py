@@ -276,6 +276,8 @@ class Node:
                     self._channel.say(f"the ROS master at {self._master} is gone; connections stay")
                 there = False
                 continue
+            if self._over or rospy.is_shutdown():
+                return  # it has unregistered itself meanwhile
             if begun and not (there and knows):
                 if not knows:
                     self._register()
