@@ -533,7 +533,9 @@ class _Reader:
         for word in ("on_failure", "timeout"):
             if word in found and "inputs" not in found:
                 message = f"{what} has `{word}`, which is about inputs, and no inputs"
-                self.report.error(UNKNOWN, message, mark(found[word]), f"leave out `{word}`")
+                ends = ", and write `restart: false`, so that its end is that of the run"
+                hint = f"leave out `{word}`{ends if word == 'on_failure' and 'clock' in found else ''}"
+                self.report.error(UNKNOWN, message, mark(found[word]), hint)
         if "inputs" in found and "on_failure" not in found:
             hint = f"write `on_failure:` and {_or(ON_FAILURE)}"
             self.report.error("E034", f"{what} does not say what happens when its inputs fail", key.span, hint)

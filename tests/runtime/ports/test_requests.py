@@ -451,6 +451,7 @@ WRONG = [
     (TEXT.replace("REST", "requests: {locate: {§servce: a}}"), "E033", "known keys"),
     (TEXT.replace("REST", "values: {FAILED: TIMED_OUT}, requests: {§locate: {}}"), "E526", "the plant says"),
     (TEXT.replace("REST", "requests: §{}"), "E034", "name some"),
+    (TEXT.replace("REST", "clock: external, outputs: [now], on_failure: §stop"), "E493", "restart: false"),
     (TEXT.replace("REST", f"{ALONE}, requests: {{locate: {{}}}}"), "E526", "under `answers` of the request `locate`"),
     (TEXT.replace("REST", ALONE), "E526", "under `answers` of the request `locate`"),
 ]  # fmt: skip
