@@ -39,6 +39,6 @@ def read_mcap(path: str, wanted: Wanted) -> Iterator[Row]:
 
 def _value(data: bytes, topic: str) -> object:
     try:
-        return json.loads(data, parse_float=Decimal)
+        return json.loads(data, parse_float=Decimal, parse_constant=str)
     except (ValueError, RecursionError):
         raise Unreadable(f"a message of `{topic}` is not JSON") from None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import fields, is_dataclass
+from math import isfinite
 from pathlib import Path
 
 from llfsm_verify.extensions.bags.topics import Messages, rows
@@ -29,6 +30,10 @@ def read_rosbag(path: str, wanted: Wanted) -> Iterator[Row]:
 
             def messages(of: Collection[str]) -> Messages:
                 wanted = [connection for connection in reader.connections if connection.topic in of]
+                for connection in wanted:
+                    if connection.msgtype not in reader.typestore.fielddefs:
+                        what = f"the bag does not say what a `{connection.msgtype}` is, of `{connection.topic}`"
+                        raise Unreadable(what, "record it again with ROS 2 Iron or newer, which keeps definitions")
                 for connection, time, data in reader.messages(connections=wanted):
                     message = reader.deserialize(data, connection.msgtype)
                     yield connection.topic, time, cells_of(_plain(message))
@@ -41,7 +46,7 @@ def read_rosbag(path: str, wanted: Wanted) -> Iterator[Row]:
 
 
 def _plain(value: object) -> object:
-    """A message as a mapping of its fields."""
+    """A message as a mapping of its fields, with words for numbers that are none: `nan`, `inf` and `-inf`."""
     if not is_dataclass(value):
-        return value
+        return str(value) if isinstance(value, float) and not isfinite(value) else value
     return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}

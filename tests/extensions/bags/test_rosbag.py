@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 import random
 import shutil
+import sqlite3
 import subprocess
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
+import numpy as np
 import pytest
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from tests.cli.running import llfsm
 from tests.extensions.rosmonitoring.examples import DOOR
@@ -174,3 +178,43 @@ def test_what_is_not_a_whole_bag_is_not_decided_on(folder: Path) -> None:
     shutil.rmtree(folder / "run")
     done = llfsm("check-recording", "run", *words)
     assert done.returncode == 3 and "the log cannot be read: No such file" in done.stderr
+
+
+def odd(place: Path, values: list[float], *, defined: bool = True) -> None:
+    """A bag of ROS 2 with messages of a type that ROS 2 does not have."""
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    store.register(get_types_from_msg("bool open\nfloat64 speed\nint32[] many", "odd_msgs/msg/Odd"))
+    kind = store.types["odd_msgs/msg/Odd"]
+    with Writer2(place / "run", version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        connection = writer.add_connection("/odd", kind.__msgtype__, typestore=store)
+        for time, value in enumerate(values):
+            message = kind(True, value, np.arange(3, dtype=np.int32))
+            writer.write(connection, time, store.serialize_cdr(message, kind.__msgtype__))
+    if not defined:
+        with closing(sqlite3.connect(next((place / "run").glob("*.db3")))) as database:
+            database.execute("delete from message_definitions")
+            database.commit()
+
+
+@pytest.mark.parametrize(
+    ("values", "defined", "code", "told"),
+    [
+        ([math.nan], True, "E497", "message 1, column `speed` (`speed`): `nan` is not a "),
+        ([1.0, -math.inf], True, "E497", "message 2, column `speed` (`speed`): `-inf` is not a "),
+        ([1.0], False, "E497", "the bag does not say what a `odd_msgs/msg/Odd` is, of `/odd`"),
+    ],
+)
+def test_what_a_message_of_a_bag_cannot_say_is_told(folder: Path, values, defined: bool, code: str, told: str) -> None:
+    odd(folder, values, defined=defined)
+    (folder / "m.yaml").write_text("columns: {open: open, speed: {column: speed, scale: 4}}\n")
+    words = ("--from", "rosbag", "--arrangement", "door.yaml", "--mapping", "m.yaml", "-p", "G (speed <= 4)")
+    done = llfsm("check-recording", "run", *words)
+    assert done.returncode == 3 and f"error[{code}]" in done.stderr and told in done.stderr, done.stderr
+
+
+@pytest.mark.parametrize("write", [ros1, lambda place, events: ros2(place, events, StoragePlugin.SQLITE3)])
+def test_messages_of_a_bag_are_read_in_the_order_of_their_times(folder: Path, write) -> None:
+    events, later = random_events(2), folder / "later"
+    later.mkdir()
+    found = said(str(write(folder, events)), "m.yaml", "--from", "rosbag")
+    assert said(str(write(later, sorted(events, key=lambda event: -event[0]))), "m.yaml", "--from", "rosbag") == found
