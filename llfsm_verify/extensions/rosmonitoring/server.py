@@ -65,14 +65,17 @@ def serve(reading: LogReading, host: str, port: int, *, filtering: bool, tell: C
 
     async def run() -> None:
         ended = asyncio.Event()
-        async with listen(
+        server = await listen(
             converse, host, port, process_request=admit, max_size=LARGEST, close_timeout=SECONDS, logger=QUIET
-        ) as server:
-            for number in (signal.SIGINT, signal.SIGTERM):
-                asyncio.get_running_loop().add_signal_handler(number, ended.set)
-            address, free = server.sockets[0].getsockname()[:2]
-            tell(f"listening on ws://{f'[{address}]' if ':' in address else address}:{free}")
-            await ended.wait()
+        )
+        for number in (signal.SIGINT, signal.SIGTERM):
+            asyncio.get_running_loop().add_signal_handler(number, ended.set)
+        address, free = server.sockets[0].getsockname()[:2]
+        tell(f"listening on ws://{f'[{address}]' if ':' in address else address}:{free}")
+        await ended.wait()
+        server.close()
+        with suppress(TimeoutError):  # somebody has not said all of a handshake
+            await asyncio.wait_for(server.wait_closed(), 2 * SECONDS)
 
     try:
         asyncio.run(run())
