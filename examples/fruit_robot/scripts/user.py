@@ -31,9 +31,12 @@ class Robot:
             self._told.notify_all()
 
     def wait(self, condition):
-        """Wait until that is so."""
+        """Wait until that is so, or the node ends."""
         with self._told:
-            self._told.wait_for(condition)
+            while not condition():
+                if rospy.is_shutdown():
+                    raise SystemExit
+                self._told.wait(0.1)
 
     def picks(self, count):
         """Wait until it has moved to so many fruits from now on."""
