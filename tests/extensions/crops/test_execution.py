@@ -13,13 +13,14 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Self
 
 import pytest
 import yaml
 
-from llfsm_verify import Whiteboard
+from llfsm_verify import Whiteboard, load
 from llfsm_verify.extensions.crops import Data, DataTypeError, LeftState, SimpleActionState, State, StateMachine
 from tests.cli.running import llfsm
 from tests.extensions.crops.thesis import FIXED, TRANSITION_FILE, Scripted, machine
@@ -734,3 +735,43 @@ def test_feedback_is_that_of_the_goal_under_way() -> None:
         move.execute(data)
     move.cancel()
     assert client.cancelled == 2, "nobody knows whether it has ended"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(6))
+def test_what_is_proved_of_a_random_file_never_breaks_when_it_is_executed(seed: int, tmp_path: Path) -> None:
+    """Also with states that raise and give what they do not have, and with commands meanwhile. What `verify` finds
+    violated may hold of one run."""
+    text, draw, log = random_file(seed), random.Random(seed), list[tuple[str, str]]()
+    states = {label: Logged(label, (*moves, "failed", ODD), seed, log) for label, moves in tables(text).items()}
+    sm = machine(tmp_path, states, text, ("Exit", "Out of order"))
+    names, initial = sm._transitions.states, draw.choice(list(states))
+    (tmp_path / "begun.yaml").write_text(sm._transitions.text_with(initial), encoding="utf-8")
+    table, formulas = tables(text), []
+    for label, target in itertools.product(table, names):
+        at, to, moves = names[label], names[target], list(table[label])
+        place = draw.randrange(len(moves))
+        outcome, number = sm.values[draw.choice([moves[place], draw.choice(moves)])], list(table).index(label)
+        fired = f"sm.fired({at}, {place + 1})"
+        formulas += [
+            f"G ({fired} -> sm@{to})",
+            f"G ({fired} -> sampled(outcome) == {outcome})",
+            f"G ({fired} -> sampled(answers) % {len(table) + 1} == {draw.choice([number, number, 0])})",
+            f"G (sm@{at} -> G !sm@{to})",
+            f"G !(sm@{at} && X sm@{to})",
+        ]
+    formulas = [f"p{number}: {one}" for number, one in enumerate(draw.sample(formulas, min(16, len(formulas))))]
+    model = load(tmp_path / "begun.yaml")
+    proved = {one.name for one in model.check(formulas) if one.verdict == "holds"}
+    kept = [line for line in formulas if line.split(":")[0] in proved]
+    assert kept
+    with Executed(sm, initial=initial, rate=RATE, properties=kept, record=tmp_path / "run.rec") as done:
+        for _ in range(draw.randrange(4)):
+            with suppress(RuntimeError):  # it has ended, or not begun
+                draw.choice([sm.pause, lambda: sm.change_state(draw.choice(list(states)))])()
+                sm.resume()
+    assert done.outcome is not None and sm.report is not None
+    assert "violated" not in [verdict for _, verdict, *_ in sm.report.monitored]
+    checked = llfsm("check-recording", str(tmp_path / "run.rec"), *[part for line in kept for part in ("-p", line)])
+    assert "violated" not in checked.stdout
+    assert checked.returncode in (0, 4), checked.stderr
