@@ -20,7 +20,7 @@ from tests.project.test_documents import BACKGROUND, Background, compare, transc
 PAGE = "docs/robots.md"
 APPEND = re.compile(r"cat (\S+) >> (\S+)")
 ROBOT = f"{PYTHON} robot.py > robot.txt 2>&1 &"
-OURS = ("rosmaster --core > master.txt 2>&1 &", "sleep 2")
+OURS = ("rosmaster --core > master.txt 2>&1 &", "sleep 2", "sleep 5")
 """What is done already, or waited for otherwise."""
 ENDED = "kill %3; wait %3"
 
@@ -44,6 +44,7 @@ def test_ten_steps_lead_to_a_graph_of_ros(alone: Graph, tmp_path: Path, monkeypa
     with ExitStack() as left:
         forked = left.enter_context(forks())
         background = Background(tmp_path, left)
+        background.files.add("picked")  # a recording in real time, of states on threads
         for command, shown in transcripts(PAGE):
             if command.startswith("# "):
                 (tmp_path / command[2:]).write_text(shown, encoding="utf-8")
