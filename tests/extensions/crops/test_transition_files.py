@@ -243,3 +243,13 @@ def test_it_is_verified_linted_and_drawn(tmp_path: Path) -> None:
     drawn = llfsm("draw", str(path), "--machine", "sm")
     assert drawn.returncode == 0
     assert "Fruit_to_basket" in drawn.stdout
+
+
+@pytest.mark.slow
+def test_it_is_checked_with_the_properties_beside_it(tmp_path: Path) -> None:
+    """Also where the folder or the file of its properties is named."""
+    (tmp_path / "fruits.yaml").write_text(TRANSITION_FILE, encoding="utf-8")
+    (tmp_path / "fruits.ltl").write_text("G !sm@Exit\n", encoding="utf-8")
+    for named in (tmp_path / "fruits.yaml", tmp_path, tmp_path / "fruits.ltl"):
+        done = llfsm("check", str(named))
+        assert (done.returncode, done.stdout.split()[0]) == (1, "fails"), done.stderr

@@ -143,7 +143,8 @@ def _is_arrangement(path: Path) -> bool:
     except DiagnosticError:
         # One of ours in another encoding, say, is no pass: loading it tells what is wrong.
         return _has_machines(path)
-    return kind_of(source) == "arrangement" and _MACHINES.search(source.text) is not None
+    looks = kind_of(source) == "arrangement" and _MACHINES.search(source.text) is not None
+    return looks or ARRANGEMENTS.told_by(source.text) is not None
 
 
 def _has_machines(path: Path) -> bool:
