@@ -52,7 +52,7 @@ def shown(app: Panes, name: str) -> str:
     return str(app.query_one(f"#{name}", Static).content)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_keys_walk_and_panes_show_where() -> None:
     async def check(app: Panes, press: Press) -> None:
         assert "at step 0" in shown(app, "where")

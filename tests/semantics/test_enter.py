@@ -38,7 +38,7 @@ def operated(machines: Document | None = None, **operators: list[str]) -> Docume
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_it_comes_from_any_state_into_any_state_without_leaving_actions() -> None:
     document = operated(enter=["arm"])
     hold(
@@ -52,7 +52,7 @@ def test_it_comes_from_any_state_into_any_state_without_leaving_actions() -> Non
     hold(operated(), "G (arm@MOVE -> X arm@MOVE)", "G !arm@STOP")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_it_goes_with_the_other_commands_as_restart_does() -> None:
     """A suspended machine is not resumed by it, and one that it has put aside is: to the initial state."""
     document = operated(enter=["arm"], resume=["arm"])

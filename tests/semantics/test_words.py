@@ -293,7 +293,7 @@ back: G (a.finished -> F !a.finished)
     assert verdicts(document, text) == {"flag": "holds", "ends": "violated", "back": "holds"}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_world_and_sample_of_random_arrangements() -> None:
     """What is true of both in all arrangements in which a machine samples once, when its turn begins."""
     met: Counter[str] = Counter()

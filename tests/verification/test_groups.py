@@ -55,7 +55,7 @@ def check(given: Problem, options: Options | None = None) -> Result:
     return groups.check("explicit", ExplicitSession, given, options or Options())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_groups_decide_what_one_search_decides() -> None:
     run(8)
 

@@ -102,7 +102,7 @@ def test_random_programs_do_in_c_what_the_executor_and_plain_python_do():
     spread(one, amount, programs(size=6), size=10, until=each(tally, kinds))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_deep_expressions_are_taken_apart():
     kind = Int(-(1 << 40), 1 << 40)
     deep = get("x", kind)

@@ -74,7 +74,7 @@ def test_random_arrangements_do_the_same_when_they_are_small():
 
 
 @needs_gcc
-@pytest.mark.slow
+@pytest.mark.long
 def test_everything_does_the_same_when_it_is_small():
     tally = Counter[str]()
     for seed in range(4):

@@ -39,7 +39,7 @@ def running(graph: Graph, name: str, recording: Path) -> Iterator[subprocess.Pop
         run.communicate()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_robot_picks_by_services_and_actions(graph: Graph, tmp_path: Path):
     eyes, arm = graph.peer(), graph.peer()
     eyes.do("parameter", name="/picker/row", value=7)

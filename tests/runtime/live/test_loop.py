@@ -123,7 +123,7 @@ def agree(folder: Path, count: int, turns: int) -> None:
     spread(check, amount, arrangements(), seeds, size=10, until=AtLeast(tally, least))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_loop_agrees_with_the_reference(tmp_path: Path) -> None:
     agree(tmp_path, examples(12), 12)
 

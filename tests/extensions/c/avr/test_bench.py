@@ -54,7 +54,7 @@ def test_an_avr_does_the_same_and_catches_mutants(small):
 
 @needs_avr
 @needs_gcc
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_microwave_is_small_beside_one_that_was_written_by_hand(capsys):
     """Both have the same main; that the one by hand does the same is what vectors tell."""
     arrangement = image_of(load_arrangement(OVEN))
