@@ -375,7 +375,7 @@ class Node:
             except ValueError as problem:
                 lost.append((one, f"{one} {problem}"))
         if values:
-            self.say(values=nested(values), time=time.monotonic())
+            self.say(values=nested(values))
         for one, why in lost:
             self.say(lost=[one], why=why)
 

@@ -6,7 +6,6 @@ import json
 import os
 import sys
 import threading
-import time
 from decimal import Decimal
 from typing import Any, Dict, Iterator, List, Mapping, Optional
 
@@ -120,7 +119,7 @@ class Channel:
 
 
 def _line(waiting: Dict[str, Any]) -> bytes:
-    message = waiting[""] if "" in waiting else {"values": nested(waiting), "time": time.monotonic()}
+    message = waiting[""] if "" in waiting else {"values": nested(waiting)}
     return json.dumps(message).encode() + b"\n"
 
 

@@ -19,7 +19,7 @@ ports; `values`: by field, nested where a field has dots):
     child to run
       {"hello": 1, "values": {…}}                                        within PATIENCE; values of inputs before the
                                                                          first cycle, also of those that never change
-      {"values": {…}, "time": T}                                         inputs
+      {"values": {…}}                                                    inputs
       {"state": "ACTIVE", "of": 17, "values": {…}}                       an action has this state now; feedback
       {"answer": 17, "state": "DONE", "values": {…}}                     the end of a request; DONE or FAILED, or the
                                                                          end of an action; without `state` DONE
