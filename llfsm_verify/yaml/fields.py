@@ -126,7 +126,7 @@ class Report:
         return scalar.text
 
     def time(self, node: Node | None, what: str, code: str) -> Fraction | None:
-        """A positive time in milliseconds; None: there is none, or it is wrong, which is reported under this code."""
+        """A positive time in milliseconds; None where it is missing or wrong, which is reported under this code."""
         scalar = None if node is None else self.scalar(node, what)
         milliseconds = None if scalar is None else duration_ms(scalar.text)
         if scalar is not None and milliseconds is None:

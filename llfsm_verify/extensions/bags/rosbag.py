@@ -46,7 +46,7 @@ def read_rosbag(path: str, wanted: Wanted) -> Iterator[Row]:
 
 
 def _plain(value: object) -> object:
-    """A message as a mapping of its fields, with words for numbers that are none: `nan`, `inf` and `-inf`."""
+    """A message as a mapping of its fields, with words for `nan`, `inf` and `-inf`."""
     if not is_dataclass(value):
         return str(value) if isinstance(value, float) and not isfinite(value) else value
     return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}

@@ -27,8 +27,8 @@ class _Store:
 
 class Data(MutableMapping[str, object]):
     """A mapping for one execution of a state, or for the program that made it. A key that was deleted keeps its type;
-    a value may be of a subclass, but `bool` is none of `int` here. An int for a float is stored as that float. A
-    key that was None first takes the type of the first other value, and None no more.
+    a value may be of a subclass, but a `bool` is not an `int` here. An int for a float is stored as that float. A
+    key that was None first takes the type of its first other value, and cannot be None after that.
 
     DataTypeError: see there. LeftState: the execution does not count any more.
     """

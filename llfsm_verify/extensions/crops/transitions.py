@@ -235,7 +235,7 @@ def _stage(report: Report, item: Node) -> tuple[Stage, Span] | None:
 
 
 class Meant:
-    """Says which of some names was meant by a text that is none of them.
+    """Says which of some names was meant by a text that is not one of them.
 
     Of many names and texts, only those are found that differ in one place: comparing all takes the square of their
     number.

@@ -325,7 +325,7 @@ class RunLink:
                 self.malformed(problem)
 
     def _unfit(self, request: Request, state: str, values: Mapping[str, Json]) -> str | None:
-        """Why an answer is none: a value does not fit its input, or is missing where the request is done."""
+        """Why an answer is not valid: a value does not fit its input, or is missing where the request is done."""
         given, why = _picked(request.answers, values), ""
         lacking = [field for name, field in request.answers.items() if name not in given]
         if lacking and state in COMPLETE:

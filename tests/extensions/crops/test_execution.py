@@ -517,7 +517,7 @@ def test_it_is_executed_once_at_a_time_and_commanded_only_then(tmp_path: Path) -
 
 
 class Rogue(State):
-    """Gives what is none of its outcomes, and the last time one that is."""
+    """Gives what is not one of its outcomes, and the last time one that is."""
 
     def __init__(self, *given: object) -> None:
         self.given, self.outcomes = list(given), {"early", "late"}
