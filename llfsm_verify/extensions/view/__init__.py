@@ -23,3 +23,5 @@ Mistakes:
 """
 
 from __future__ import annotations
+
+ENTRIES: dict[str, tuple[object, ...]] = {}
