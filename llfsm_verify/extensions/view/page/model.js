@@ -2,7 +2,7 @@
 
 export const VERSION = 1;
 export const SYMBOLS = {
-  violation: "✗", fault: "✗", reached: "◎", cause: "◆", event: "▾", verdict: "✓", overrun: "⏱", missed: "⋯",
+  violation: "✗", fault: "✗", reached: "◎", cause: "◆", event: "▾", verdict: "✓", overrun: "△", missed: "⋯",
 };
 export const KINDS = {
   violation: "violation", fault: "fault", reached: "reached", cause: "cause", event: "event", verdict: "verdict",

@@ -5,3 +5,20 @@ export function embeddedText(page, name) {
   const element = page.getElementById(name);
   return element === null ? null : element.textContent;
 }
+
+/**
+ * Call `take(update, connection)` for each update of an event stream, and `take(null, connection)` when the connection
+ * has changed; `connection` is `live`, or says in words what it is instead.
+ */
+export function follow(address, take) {
+  const stream = new EventSource(address);
+  stream.onmessage = (event) => {
+    const update = JSON.parse(event.data);
+    take(update, "live");
+    if (!update.ending) return;
+    stream.close();
+    take(null, `■ the run has ended: ${update.ending}`);
+  };
+  stream.onopen = () => take(null, "live");
+  stream.onerror = () => take(null, "✗ the connection is lost; trying again");
+}
