@@ -147,7 +147,9 @@ function paint(page, colours) {
   const names = Object.keys(colours).filter((name) => [colours[name].light, colours[name].dark].every((of) => /^#[0-9a-f]{6}$/.test(of)));
   const number = new Map(names.map((name, i) => [name, i]));
   const rules = (shade) => names.map((name, i) => `--c${i}:${colours[name][shade]}`).join(";");
-  page.head.append(make("style", { text: `:root{${rules("light")}}@media screen{:root[data-theme="dark"]{${rules("dark")}}}` }));
+  const sheet = new page.defaultView.CSSStyleSheet();
+  sheet.replaceSync(`:root{${rules("light")}}@media screen{:root[data-theme="dark"]{${rules("dark")}}}`);
+  page.adoptedStyleSheets = [...page.adoptedStyleSheets, sheet];
   return (element, name) => {
     if (number.has(name)) element.style.setProperty("--own", `var(--c${number.get(name)})`);
   };

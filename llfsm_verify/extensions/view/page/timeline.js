@@ -223,7 +223,7 @@ export function createTiming(section, view, walk, { go, watch, style }) {
       head.append(draw("text", { class: "tick", x: Math.min(width - 2, x), y: HEAD - 4, "text-anchor": anchor, text }));
     }
     drawLoop(run, step, width, back, head);
-    drawMarks(run, step, width, over, head);
+    drawMarks(run, step, width, back, over, head);
     const lanes = [...tops].map(([index, top]) => drawLane(view.signals[index], index, found.lanes[index], top, style));
     axis.replaceChildren(head, pin);
     picture.replaceChildren(back, here, ...lanes, over, cross);
@@ -238,7 +238,7 @@ export function createTiming(section, view, walk, { go, watch, style }) {
     if (width - x > 24) head.append(draw("text", { class: "loop", x: x + 4, y: 14, text: width - x > 180 ? "↻ repeats forever" : "↻" }));
   }
 
-  function drawMarks(run, step, width, over, head) {
+  function drawMarks(run, step, width, back, over, head) {
     const shown = run.marks.filter((mark) => mark.row >= state.first && mark.row <= state.last).slice(0, 2000);
     const serious = ["violation", "fault", "reached", "cause"];
     const order = (mark) => (serious.indexOf(mark.kind) + 1 || 9);
