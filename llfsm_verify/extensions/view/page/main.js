@@ -118,10 +118,7 @@ export function start(page) {
     timing.grow();
     listEvents(by("events"), walk.run, go);
   });
-  page.defaultView.addEventListener("resize", () => {
-    timing.load();
-    refresh();
-  });
+  page.defaultView.addEventListener("resize", refresh);
   return { view, walk, refresh };
 }
 
