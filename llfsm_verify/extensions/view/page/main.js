@@ -5,7 +5,7 @@ import { appendUpdate, clip, readDocument, rowCount, spell, visitsUpTo } from ".
 import { listCoverage, listEvents, listStatistics, listValues, listVerdicts, showLive, showSources } from "./panels.js";
 import { Walk, createPlayer, createTeller } from "./player.js";
 import { createTiming } from "./timeline.js";
-import { embeddedText, follow } from "./transport.js";
+import { embeddedText, fetchWindow, follow } from "./transport.js";
 
 const SOURCES = { check: "report of a check", coverage: "report of coverage", trace: "saved trace", recording: "recording", live: "live run" };
 const EMPTY = { name: "", kind: "trace", title: "no run", rows: { step: [], cycle: [], time_ms: null, turn: [] }, changes: [], fired: [], marks: [] };
@@ -111,13 +111,17 @@ export function start(page) {
   by("runs").addEventListener("change", () => choose(Number(by("runs").value)));
   if (view.runs.length) choose(0);
   else refresh();
-  const keys = keyTable({ walk, timing, by, refresh, other: (way) => choose((index + way + view.runs.length) % view.runs.length) });
-  listenKeys(page, by("help"), by("keys"), keys);
-  listen(page, view, by, walk, refresh, () => {
-    player.mark();
-    timing.grow();
-    listEvents(by("events"), walk.run, go);
-  });
+  const { events, window: windows } = JSON.parse(embeddedText(page, "view-endpoints") || "{}");
+  const turn = windows && view.runs.length && view.runs[0].window ? offerWindows(view, by, windows, choose) : () => {};
+  const other = (way) => view.runs.length && choose((index + way + view.runs.length) % view.runs.length);
+  listenKeys(page, by("help"), by("keys"), keyTable({ walk, timing, by, refresh, other, turn }));
+  if (events && view.runs.length) {
+    listen(view, by, walk, events, refresh, () => {
+      player.mark();
+      timing.grow();
+      listEvents(by("events"), walk.run, go);
+    });
+  }
   page.defaultView.addEventListener("resize", refresh);
   return { view, walk, refresh };
 }
@@ -153,7 +157,7 @@ function paint(page, colours) {
 }
 
 /** What keys do: the key, its name, what it does, in words and as a function. */
-function keyTable({ walk, timing, by, refresh, other }) {
+function keyTable({ walk, timing, by, refresh, other, turn }) {
   const move = (way, unit) => () => walk.move(way, unit);
   const jump = (what, way) => () => walk.jump(what, way);
   return [
@@ -168,6 +172,7 @@ function keyTable({ walk, timing, by, refresh, other }) {
     ["+", "+", "zoom in", () => timing.zoom(0.5)], ["-", "-", "zoom out", () => timing.zoom(2)], ["0", "0", "show the whole run", () => timing.fit()],
     ["<", "<", "timing: earlier", () => timing.pan(-0.5)], [">", ">", "timing: later", () => timing.pan(0.5)],
     ["n", "n", "next run", () => other(1)], ["N", "N", "previous run", () => other(-1)],
+    ["PageDown", "Page ↓", "later rows of a long run", () => turn(1)], ["PageUp", "Page ↑", "earlier rows of a long run", () => turn(-1)],
     ["f", "f", "follow the newest row of a live run", () => (walk.follow = walk.run.kind === "live" && !walk.follow)],
     ["t", "t", "light, dark, or as the browser", () => by("theme").click()],
     ["?", "?", "show these keys", () => by("help").showModal()],
@@ -194,12 +199,8 @@ function listenKeys(page, help, button, keys) {
   });
 }
 
-/** Take the updates of the server, at most one a frame. */
-function listen(page, view, by, walk, refresh, grown) {
-  const text = embeddedText(page, "view-endpoints");
-  if (text === null || !view.runs.length) return;
-  const { events } = JSON.parse(text);
-  if (!events) return;
+/** Take the updates of the server, and show each once. */
+function listen(view, by, walk, events, refresh, grown) {
   const tell = showLive(by("live"));
   const [run] = view.runs;
   walk.follow = true;
@@ -214,6 +215,41 @@ function listen(page, view, by, walk, refresh, grown) {
     tell(update, connection);
     refresh();
   });
+}
+
+/** Offer the rows before and after those that are here. Returns a function that goes there, `way` windows on. */
+function offerWindows(view, by, address, choose) {
+  const { first, total } = view.runs[0].window;
+  const size = rowCount(view.runs[0]);
+  const button = (id, text, way) => make("button", { type: "button", id, text, onclick: () => turn(way) });
+  const [earlier, later] = [button("earlier", "◂ earlier rows", -1), button("later", "later rows ▸", 1)];
+  let start = first;
+  const show = () => {
+    earlier.disabled = start <= 0;
+    later.disabled = total !== null && start + size >= total;
+  };
+  async function turn(way) {
+    const wanted = Math.max(0, start + way * size);
+    if (wanted === start || (way > 0 && later.disabled)) return;
+    try {
+      const other = readDocument(await fetchWindow(address, wanted, wanted + size - 1));
+      if (!rowCount(other.runs[0])) return;
+      view.runs.splice(0, 1, other.runs[0]);
+      view.signals.forEach((signal, i) => Object.assign(signal, other.signals[i]));
+      start = wanted;
+      by("problem").hidden = true;
+    } catch (error) {
+      by("problem").textContent = error.message;
+      by("problem").hidden = false;
+      return;
+    }
+    show();
+    choose(0);
+  }
+  by("windows").replaceChildren(earlier, later);
+  by("windows").hidden = false;
+  show();
+  return turn;
 }
 
 if (typeof document !== "undefined") globalThis.llfsmView = start(document);

@@ -22,3 +22,11 @@ export function follow(address, take) {
   stream.onopen = () => take(null, "live");
   stream.onerror = () => take(null, "✗ the connection is lost; trying again");
 }
+
+/** The document of other rows of the run, as text. Throws an Error whose message is for the user. */
+export async function fetchWindow(address, first, last) {
+  const answer = await fetch(`${address}?first=${first}&last=${last}`);
+  const text = await answer.text();
+  if (!answer.ok) throw new Error(`The rows could not be had: ${text.trim()}`);
+  return text;
+}
