@@ -19,6 +19,18 @@ export function make(tag, attributes = {}, ...children) {
   return dress(document.createElement(tag), attributes, children);
 }
 
+/** A row of a table: its head, then its cells; each is a text, an element or a list of them. */
+export function line(head, ...cells) {
+  const within = (what) => (Array.isArray(what) ? what : [what]).filter((part) => part !== null);
+  const shown = cells.map((cell) => make("td", {}, ...within(cell)));
+  return make("tr", {}, make("th", { scope: "row" }, ...within(head)), ...shown);
+}
+
+/** Put these into the body of a section. */
+export function fill(section, ...children) {
+  section.querySelector(".body").replaceChildren(...children.filter((child) => child !== null));
+}
+
 /** An element of SVG. */
 export function draw(tag, attributes = {}, ...children) {
   return dress(document.createElementNS(SVG, tag), attributes, children);
