@@ -6,8 +6,10 @@ import json
 import random
 from bisect import bisect_right
 from collections.abc import Callable
+from importlib.resources import files
 from typing import Any
 
+import jsonschema
 import pytest
 from selenium.webdriver.common.keys import Keys
 
@@ -267,8 +269,5 @@ def test_ten_thousand_steps_are_as_fluid_as_ten(page: Open) -> None:
 
 
 def test_the_document_is_within_its_schema() -> None:
-    jsonschema = pytest.importorskip("jsonschema")
-    from importlib.resources import files
-
     schema = json.loads(files("llfsm_verify.extensions.view").joinpath("view.schema.json").read_text())
     jsonschema.validate(sample(30), schema)

@@ -6,7 +6,7 @@ import { KINDS, SYMBOLS, clip, lastAt, marksAt, rowCount, spell, valueAt, wordRo
 const LANE = 24;
 const GAP = 10;
 const GROUP = 28;
-const HEAD = 44;
+const HEAD = 48;
 const LETTER = 7.2;
 const NARROW = 3;
 const APART = 90;
@@ -27,15 +27,19 @@ export function shapes(view, run, first, last, width) {
   return { lanes, ticks: tickShapes(run, first, last, step) };
 }
 
-/** Stretches of a value, begin to end; narrow ones that touch are one of no value, with the least and the greatest. */
+/**
+ * Stretches of a value, begin to end. Narrow ones that touch are one without a value, as long as they begin within
+ * `NARROW` pixels; `low` and `high` say how high its values are, where they are drawn as levels or curves.
+ */
 function laneShapes(signal, { at, values }, first, last, step) {
   const found = [];
   let dense = null;
+  let since = 0;
   for (let i = Math.max(0, lastAt(at, first)); i < at.length && at[i] <= last; i += 1) {
     const from = Math.max(at[i], first);
     const to = i + 1 < at.length ? Math.min(at[i + 1], last + 1) : last + 1;
     const height = signal.draw === "boxes" ? null : heightOf(signal, values[i]);
-    if (dense && (to - from) * step < NARROW) {
+    if (dense && (to - from) * step < NARROW && (from - since) * step < NARROW) {
       Object.assign(dense, { end: tenths((to - first) * step), value: null });
       if (height !== null) dense.low = Math.min(dense.low, height);
       if (height !== null) dense.high = Math.max(dense.high, height);
@@ -44,6 +48,7 @@ function laneShapes(signal, { at, values }, first, last, step) {
     const one = { begin: tenths((from - first) * step), end: tenths((to - first) * step), value: values[i] };
     if (height !== null) Object.assign(one, { low: height, high: height });
     dense = (to - from) * step < NARROW ? one : null;
+    since = from;
     found.push(one);
   }
   return found;
@@ -255,9 +260,9 @@ export function createTiming(section, view, walk, { go, watch, style }) {
     if (typeof run.loop !== "number" || state.last <= run.loop) return;
     const x = tenths(Math.max(0, (run.loop + 1 - state.first) * step));
     back.append(draw("rect", { class: "loop", x, y: 0, width: tenths(width - x), height: state.height }));
-    head.append(draw("path", { class: "loop", d: `M${x} 24V20H${width - 1}V24` }));
+    head.append(draw("path", { class: "loop", d: `M${x} 20V16H${width - 1}V20` }));
     const text = width - x > 180 ? "↻ repeats forever" : "↻";
-    if (width - x > 24) head.append(draw("text", { class: "loop", x: x + 4, y: 14, text }));
+    if (width - x > 24) head.append(draw("text", { class: "loop", x: x + 4, y: 12, text }));
   }
 
   function drawMarks(run, step, back, over, head) {
@@ -278,7 +283,7 @@ export function createTiming(section, view, walk, { go, watch, style }) {
       return { x, kind: mark.kind, words: grave(mark) < 4 ? `${KINDS[mark.kind]}${named}` : "" };
     });
     for (const { x, side, text, kind } of placeMarks(heads, state.width)) {
-      head.append(draw("text", { class: `mark ${kind}`, x, y: 28, "text-anchor": side, text }));
+      head.append(draw("text", { class: `mark ${kind}`, x, y: 31, "text-anchor": side, text }));
     }
   }
 
