@@ -87,8 +87,9 @@ export function roundUp(wanted) {
 export function placeMarks(marks, width) {
   const placed = [];
   const apart = (one, other) => one.to < other.from - 4 || one.from > other.to + 4;
-  const free = (one) => one.from > -8 && one.to < width + 8 && placed.every((other) => apart(one, other));
-  for (const { x, kind, words } of marks) {
+  const free = (one) => one.from >= 0 && one.to <= width && placed.every((other) => apart(one, other));
+  for (const { x: wanted, kind, words } of marks) {
+    const x = Math.max(6, Math.min(width - 6, wanted));
     const room = LETTER * (words.length + 2);
     const ways = [
       { side: "start", x: x - 4, text: `${SYMBOLS[kind]} ${words}`, from: x - 4, to: x - 4 + room },
