@@ -44,6 +44,20 @@ const boxes = texts.map((text) => text.getBoundingClientRect());
 const meet = (a, b) => a.left < b.right - .5 && b.left < a.right - .5 && a.top < b.bottom - 3 && b.top < a.bottom - 3;
 return boxes.flatMap((a, i) => boxes.slice(i + 1).filter((b) => meet(a, b))).length;
 """
+FAINT = """
+const light = (c) => c / 255 <= .03928 ? c / 255 / 12.92 : ((c / 255 + .055) / 1.055) ** 2.4;
+const numbers = (text) => (text.match(/[\\d.]+/g) || [0, 0, 0, 0]).map(Number);
+const brightness = ([r, g, b]) => .2126 * light(r) + .7152 * light(g) + .0722 * light(b);
+const under = (e) => { for (; e; e = e.parentElement) {
+  const colour = numbers(getComputedStyle(e).backgroundColor);
+  if (colour.length < 4 || colour[3] === 1) return colour; }
+  return [255, 255, 255]; };
+const texts = [...document.querySelectorAll('body *')].filter((e) => e.checkVisibility() && !e.closest('svg')
+  && [...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim()));
+return texts.map((e) => { const [a, b] = [numbers(getComputedStyle(e).color), under(e)].map(brightness);
+  return [e.outerHTML.slice(0, 90), (Math.max(a, b) + .05) / (Math.min(a, b) + .05)];
+}).filter(([, ratio]) => ratio < 4.5);
+"""
 TOLD = """
 const [words, done] = arguments;
 const look = () => document.querySelector('#said').textContent.includes(words) ? done(true) : setTimeout(look, 20);
@@ -188,6 +202,7 @@ def test_a_colour_is_that_of_the_document_in_light_and_in_dark(page: Open) -> No
         for name, fill in found:
             red, green, blue = bytes.fromhex(COLOURS[name][theme][1:])
             assert fill == f"rgb({red}, {green}, {blue})"
+        assert driver.execute_script(FAINT) == []
         papers.add(driver.execute_script("return getComputedStyle(document.body).backgroundColor"))
     assert len(papers) == 2
 

@@ -36,7 +36,8 @@ export function draw(tag, attributes = {}, ...children) {
   return dress(document.createElementNS(SVG, tag), attributes, children);
 }
 
-function dress(element, attributes, children) {
+/** Give an element attributes and children; see `make`. */
+export function dress(element, attributes, children = []) {
   for (const [name, value] of Object.entries(attributes)) {
     if (name === "text") element.textContent = value;
     else if (name === "style") element.style.cssText = value;

@@ -1,6 +1,6 @@
 // Draws a run as a timing diagram: lanes of boxes, levels and curves in groups that fold; zooms, pans, tells values.
 
-import { draw, fill, make } from "./drawing.js";
+import { draw, dress, fill, make } from "./drawing.js";
 import { KINDS, SYMBOLS, clip, lastAt, marksAt, rowCount, spell, valueAt, wordRow, wordTime, wordValue } from "./model.js";
 
 const LANE = 24;
@@ -107,7 +107,7 @@ export function createTiming(section, view, walk, { go, watch, style }) {
   const folded = new Set();
   const groups = [...new Set(view.signals.map((signal) => signal.group))];
   const names = make("div", { class: "names" });
-  const axis = draw("svg", { class: "axis", height: HEAD, "aria-hidden": "true" });
+  const axis = draw("svg", { class: "axis", "aria-hidden": "true" });
   const picture = draw("svg", { class: "lanes", role: "img" });
   const here = draw("rect", { class: "here", y: 0 });
   const pin = draw("rect", { class: "here", y: HEAD - 3, height: 3 });
@@ -231,8 +231,9 @@ export function createTiming(section, view, walk, { go, watch, style }) {
     const { run } = walk;
     Object.assign(state, { width, stale: false });
     const found = shapes(view, run, state.first, state.last, width);
-    for (const svg of [axis, picture]) svg.setAttribute("width", width);
-    picture.setAttribute("height", state.height);
+    for (const [svg, height] of [[axis, HEAD], [picture, state.height]]) {
+      dress(svg, { width, height, viewBox: `0 0 ${width} ${height}`, preserveAspectRatio: "none" });
+    }
     picture.setAttribute("aria-label", `Timing diagram of ${clip(run.title)}`);
     here.setAttribute("height", state.height);
     cross.setAttribute("y2", state.height);
