@@ -30,7 +30,7 @@ return {
   told: machines.map((m) => [m.dataset.state, m.dataset.fired]),
   values: all(document, '#values .value').map((cell) => cell.textContent),
   where: one('#slider').getAttribute('aria-valuetext'), slider: Number(one('#slider').value),
-  ran: one('#source').dataset.ran, timing: {...one('.timing').dataset},
+  ran: all(document, '.line.ran').map((line) => Number(line.dataset.line)), timing: {...one('.timing').dataset},
 };
 """
 FILLS = """
@@ -111,7 +111,7 @@ def expect(document: Any, row: int, seen: Any) -> None:
     units = [f" {signal['unit']}" if "unit" in signal else "" for signal in document["signals"]]
     assert seen["values"] == [word(value(run, i, row)) + unit for i, unit in enumerate(units)]
     places = run["ran"]["sets"][run["ran"]["rows"][row]]
-    assert seen["ran"] == " ".join(f"{place[0]}:{place[1]}" for place in places)
+    assert seen["ran"] == [line for place in places for line in range(place[1], place[3] + 1)]
     assert int(seen["timing"]["first"]) <= row <= int(seen["timing"]["last"])
 
 
