@@ -1,4 +1,4 @@
-"""What timeline.js draws, said once more in Python: stretches of values in pixels, and ticks."""
+"""What shapes.js makes, said once more in Python: stretches of values in pixels, and ticks."""
 
 from __future__ import annotations
 

@@ -71,6 +71,9 @@ export function start(page) {
       values(run, row);
       tellVisits(row);
     }
+    for (const item of by("events").querySelectorAll("li")) {
+      item.classList.toggle("now", Number(item.dataset.row) === row);
+    }
     tellRow();
     page.body.dataset.row = row;
     page.body.dataset.run = index;
