@@ -1,0 +1,354 @@
+// Draws a run as a timing diagram: lanes of boxes, levels and curves in groups that fold; zooms, pans, tells values.
+
+import { draw, make } from "./drawing.js";
+import { KINDS, SYMBOLS, clip, lastAt, marksAt, rowCount, spell, valueAt, wordRow, wordTime, wordValue } from "./model.js";
+
+const LANE = 24;
+const GAP = 10;
+const GROUP = 28;
+const HEAD = 44;
+const LETTER = 7.2;
+const NARROW = 3;
+const APART = 90;
+const USUAL_ROWS = 200;
+const FEWEST_ROWS = 4;
+
+/** Pixels rounded to tenths, halves up. */
+export function tenths(pixels) {
+  return Math.floor(pixels * 10 + 0.5) / 10;
+}
+
+/** What is drawn of the rows `first` to `last` of a run in `width` pixels: see `shapes` of scene.py. */
+export function shapes(view, run, first, last, width) {
+  const step = width / (last - first + 1);
+  const lanes = view.signals.map((signal, index) => laneShapes(signal, run.changes[index], first, last, step));
+  return { lanes, ticks: tickShapes(run, first, last, step) };
+}
+
+/** Stretches of a value: its begin, end and value; narrow ones that touch are one, with null, the least and greatest. */
+function laneShapes(signal, { at, values }, first, last, step) {
+  const found = [];
+  let dense = null;
+  for (let i = Math.max(0, lastAt(at, first)); i < at.length && at[i] <= last; i += 1) {
+    const from = Math.max(at[i], first);
+    const to = i + 1 < at.length ? Math.min(at[i + 1], last + 1) : last + 1;
+    const height = signal.draw === "boxes" ? null : heightOf(signal, values[i]);
+    if (dense && (to - from) * step < NARROW) {
+      Object.assign(dense, { end: tenths((to - first) * step), value: null });
+      if (height !== null) Object.assign(dense, { low: Math.min(dense.low, height), high: Math.max(dense.high, height) });
+      continue;
+    }
+    const one = { begin: tenths((from - first) * step), end: tenths((to - first) * step), value: values[i] };
+    if (height !== null) Object.assign(one, { low: height, high: height });
+    dense = (to - from) * step < NARROW ? one : null;
+    found.push(one);
+  }
+  return found;
+}
+
+/** How high a value is between the lowest, 0, and the highest, 1, in thousandths. */
+function heightOf({ draw: how, low, high }, value) {
+  if (how === "levels") return value === true || value === 1 ? 1 : 0;
+  const [least, most] = [Number(low), Number(high)];
+  return most > least ? Math.floor(((Number(value) - least) / (most - least)) * 1000 + 0.5) / 1000 : 0.5;
+}
+
+/** Ticks where cycles begin, at round times where there are times. */
+function tickShapes(run, first, last, step) {
+  const { cycle, time_ms: time } = run.rows;
+  const column = time || cycle;
+  if (!column.length) return [];
+  const apart = roundUp(((column[last] - column[first]) * APART) / ((last - first + 1) * step));
+  const ticks = [];
+  let end = -Infinity;
+  for (let next = Math.ceil(column[first] / apart) * apart; next <= column[last]; next = (Math.round(next / apart) + 1) * apart) {
+    const row = lastAt(column, next - apart * 1e-9) + 1;
+    const x = tenths((Math.max(row, first) - first) * step);
+    if (x - end < APART / 2) continue;
+    ticks.push({ x, text: time ? wordTime(next) : `cycle ${next}` });
+    end = x;
+  }
+  return ticks;
+}
+
+/** The least of 1, 2 or 5 times a power of ten that is at least this. */
+export function roundUp(wanted) {
+  if (!(wanted > 1)) return 1;
+  const power = 10 ** Math.floor(Math.log10(wanted));
+  return [1, 2, 5, 10].map((part) => part * power).find((one) => one >= wanted);
+}
+
+/** Draw the timing diagram of a walk. Returns functions that show its row, zoom and pan. */
+export function createTiming(section, view, walk, { go, watch, style }) {
+  const folded = new Set();
+  const groups = [...new Set(view.signals.map((signal) => signal.group))];
+  const names = make("div", { class: "names" });
+  const axis = draw("svg", { class: "axis", height: HEAD, "aria-hidden": "true" });
+  const picture = draw("svg", { class: "lanes", role: "img" });
+  const here = draw("rect", { class: "here", y: 0 });
+  const pin = draw("rect", { class: "here", y: HEAD - 3, height: 3 });
+  const cross = draw("line", { class: "cross", y1: 0 });
+  const field = make("div", { class: "field", tabindex: 0, role: "group", "aria-label": "Timing diagram" }, axis, picture);
+  const grid = make("div", { class: "timing" }, names, field);
+  const readout = make("output", { class: "readout" });
+  const range = make("span", { class: "quiet range" });
+  const tool = (text, label, work) => make("button", { type: "button", text, "aria-label": label, title: label, onclick: work });
+  section.querySelector(".body").replaceChildren(
+    make("div", { class: "buttons" }, tool("−", "Zoom out (-)", () => zoom(2)), tool("+", "Zoom in (+)", () => zoom(0.5)),
+      tool("Fit", "Show the whole run (0)", fit), tool("‹", "Earlier (<)", () => pan(-0.5)), tool("›", "Later (>)", () => pan(0.5)),
+      range, readout),
+    grid, make("p", { class: "quiet hint", text: "Click to go to a row. Wheel: zooms with Ctrl, pans with Shift, and both once the diagram has the focus." }));
+  const state = { first: 0, last: 0, width: 0, height: 0, hover: null, stale: true };
+  let tops = new Map();
+  let labels = [];
+
+  function fit() {
+    look(0, walk.last);
+  }
+
+  function look(first, last) {
+    const most = walk.last;
+    const span = Math.min(most, Math.max(FEWEST_ROWS - 1, last - first));
+    state.first = Math.max(0, Math.min(Math.round(first), most - span));
+    state.last = state.first + Math.round(span);
+    state.stale = true;
+    show();
+  }
+
+  function zoom(factor, at = walk.row) {
+    const { first, last } = state;
+    const middle = at >= first && at <= last ? at : (first + last) / 2;
+    look(middle - (middle - first) * factor, middle + (last - middle) * factor);
+  }
+
+  function pan(part) {
+    const by = Math.trunc((state.last - state.first + 1) * part) || Math.sign(part);
+    look(state.first + by, state.last + by);
+  }
+
+  function load() {
+    state.stale = true;
+    state.hover = null;
+    readout.textContent = "";
+    listNames();
+    look(0, walk.last < 2 * USUAL_ROWS ? walk.last : USUAL_ROWS - 1);
+  }
+
+  /** A live run has more rows. */
+  function grow() {
+    const span = Math.max(USUAL_ROWS - 1, state.last - state.first);
+    if (walk.follow) Object.assign(state, { last: walk.last, first: Math.max(0, walk.last - span) });
+    state.last = Math.min(walk.last, Math.max(state.last, Math.min(walk.last, span)));
+    state.first = Math.min(state.first, state.last);
+    state.stale = true;
+  }
+
+  function listNames() {
+    tops = new Map();
+    labels = [];
+    const rows = [make("div", { class: "corner", style: `height: ${HEAD}px` })];
+    let top = 0;
+    for (const group of groups) {
+      const open = !folded.has(group);
+      const own = [...view.signals.keys()].filter((index) => view.signals[index].group === group);
+      rows.push(make("button", {
+        type: "button", class: "group", "aria-expanded": open, "data-group": group, style: `height: ${GROUP}px`,
+        text: `${open ? "▾" : "▸"} ${clip(group, 40)} (${own.length})`, onclick: () => fold(group),
+      }));
+      top += GROUP;
+      for (const index of open ? own : []) {
+        const value = make("span", { class: "value" });
+        const name = make("button", {
+          type: "button", class: "name", "aria-pressed": false, "data-lane": index, title: `Watch ${clip(view.signals[index].name)}`,
+          text: clip(view.signals[index].name, 80), onclick: () => watch(index),
+        });
+        labels.push({ index, name, value });
+        rows.push(make("div", { class: "label", style: `height: ${LANE + GAP}px` }, name, value));
+        tops.set(index, top + GAP / 2);
+        top += LANE + GAP;
+      }
+    }
+    state.height = top;
+    names.replaceChildren(...rows);
+  }
+
+  function fold(group) {
+    if (!folded.delete(group)) folded.add(group);
+    listNames();
+    names.querySelector(`[data-group="${CSS.escape(group)}"]`).focus();
+    state.stale = true;
+    show();
+  }
+
+  function show() {
+    const { run, row } = walk;
+    if (!rowCount(run)) return;
+    const span = state.last - state.first;
+    if (row < state.first || row > state.last) {
+      state.first = Math.max(0, Math.min(walk.last - span, row - Math.round(span * (row > state.last ? 0.1 : 0.9))));
+      state.last = state.first + span;
+      state.stale = true;
+    }
+    const width = Math.max(100, field.clientWidth);
+    if (state.stale || width !== state.width) drawLanes(width);
+    const step = width / (state.last - state.first + 1);
+    for (const mark of [here, pin]) {
+      mark.setAttribute("x", tenths((row - state.first) * step));
+      mark.setAttribute("width", Math.max(2, tenths(step)));
+    }
+    for (const { index, name, value } of labels) {
+      value.textContent = clip(wordValue(valueAt(run, index, state.hover ?? row), view.signals[index]), 24);
+      name.setAttribute("aria-pressed", walk.watched.has(index));
+    }
+    field.setAttribute("aria-label", `Timing diagram, rows ${state.first} to ${state.last}`);
+    Object.assign(grid.dataset, { first: state.first, last: state.last, row });
+  }
+
+  function drawLanes(width) {
+    const { run } = walk;
+    Object.assign(state, { width, stale: false });
+    const found = shapes(view, run, state.first, state.last, width);
+    for (const svg of [axis, picture]) svg.setAttribute("width", width);
+    picture.setAttribute("height", state.height);
+    picture.setAttribute("aria-label", `Timing diagram of ${clip(run.title)}`);
+    here.setAttribute("height", state.height);
+    cross.setAttribute("y2", state.height);
+    const back = draw("g", { class: "back" });
+    const over = draw("g", { class: "marks" });
+    const head = draw("g", {});
+    const step = width / (state.last - state.first + 1);
+    for (const { x, text } of found.ticks) {
+      back.append(draw("line", { class: "tick", x1: x, x2: x, y1: 0, y2: state.height }));
+      const anchor = x < APART / 2 ? "start" : x > width - APART / 2 ? "end" : "middle";
+      head.append(draw("text", { class: "tick", x: Math.min(width - 2, x), y: HEAD - 4, "text-anchor": anchor, text }));
+    }
+    drawLoop(run, step, width, back, head);
+    drawMarks(run, step, width, back, over, head);
+    const lanes = [...tops].map(([index, top]) => drawLane(view.signals[index], index, found.lanes[index], top, style));
+    axis.replaceChildren(head, pin);
+    picture.replaceChildren(back, here, ...lanes, over, cross);
+    range.textContent = `rows ${spell(state.first)}–${spell(state.last)} of ${spell(walk.last)}`;
+  }
+
+  function drawLoop(run, step, width, back, head) {
+    if (typeof run.loop !== "number" || state.last <= run.loop) return;
+    const x = tenths(Math.max(0, (run.loop + 1 - state.first) * step));
+    back.append(draw("rect", { class: "loop", x, y: 0, width: tenths(width - x), height: state.height }));
+    head.append(draw("path", { class: "loop", d: `M${x} 24V20H${width - 1}V24` }));
+    if (width - x > 24) head.append(draw("text", { class: "loop", x: x + 4, y: 14, text: width - x > 180 ? "↻ repeats forever" : "↻" }));
+  }
+
+  function drawMarks(run, step, width, back, over, head) {
+    const shown = run.marks.filter((mark) => mark.row >= state.first && mark.row <= state.last).slice(0, 2000);
+    const serious = ["violation", "fault", "reached", "cause"];
+    const order = (mark) => (serious.indexOf(mark.kind) + 1 || 9);
+    const taken = [];
+    for (const mark of shown.sort((a, b) => order(a) - order(b))) {
+      const x = tenths((mark.row - state.first + 0.5) * step);
+      const group = draw("g", { class: `mark ${mark.kind}`, "data-row": mark.row });
+      if (order(mark) < 9) back.append(draw("line", { class: `mark ${mark.kind}`, x1: x, x2: x, y1: 0, y2: state.height }));
+      for (const top of (mark.signals || []).map((signal) => tops.get(signal)).filter((known) => known !== undefined)) {
+        const side = Math.max(6, step);
+        group.append(draw("rect", { x: tenths(x - side / 2), y: top - 1.5, width: tenths(side), height: LANE + 3 }),
+          draw("text", { x, y: top - 2.5, "text-anchor": "middle", text: SYMBOLS[mark.kind] }));
+      }
+      over.append(group);
+      if (taken.some(([begin, end]) => x > begin - 8 && x < end + 8)) continue;
+      const words = `${SYMBOLS[mark.kind]} ${KINDS[mark.kind]}`;
+      const room = LETTER * words.length;
+      const free = order(mark) < 4 && x + room < width && !taken.some(([begin, end]) => x + room > begin - 8 && x < end + 8);
+      head.append(draw("text", { class: `mark ${mark.kind}`, x: free ? x - 4 : x, y: 28, "text-anchor": free ? "start" : "middle", text: free ? words : SYMBOLS[mark.kind] }));
+      taken.push(free ? [x - 4, x + room] : [x - 5, x + 5]);
+    }
+  }
+
+  function rowUnder(event) {
+    const { left } = field.getBoundingClientRect();
+    const part = (event.clientX - left) / state.width;
+    return Math.max(0, Math.min(walk.last, state.first + Math.floor(part * (state.last - state.first + 1))));
+  }
+
+  function point(event) {
+    const row = rowUnder(event);
+    const y = event.clientY - picture.getBoundingClientRect().top;
+    const lane = [...tops].find(([, top]) => y >= top && y <= top + LANE);
+    state.hover = row;
+    const x = tenths(((row - state.first + 0.5) * state.width) / (state.last - state.first + 1));
+    cross.setAttribute("x1", x);
+    cross.setAttribute("x2", x);
+    const said = marksAt(walk.run, row).map((mark) => `${SYMBOLS[mark.kind]} ${clip(mark.text)}`);
+    if (lane) said.unshift(`${clip(view.signals[lane[0]].name, 60)} = ${clip(wordValue(valueAt(walk.run, lane[0], row), view.signals[lane[0]]))}`);
+    readout.textContent = `${wordRow(walk.run, row)}${said.length ? `: ${said.join("; ")}` : ""}`;
+    grid.classList.add("pointed");
+    show();
+    if (event.buttons & 1) go(row);
+  }
+
+  field.addEventListener("pointermove", point);
+  field.addEventListener("pointerdown", point);
+  field.addEventListener("pointerleave", () => {
+    state.hover = null;
+    readout.textContent = "";
+    grid.classList.remove("pointed");
+    show();
+  });
+  field.addEventListener("wheel", (event) => {
+    const focused = field.contains(document.activeElement);
+    const sideways = event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY);
+    if (!sideways && !event.ctrlKey && !focused) return;
+    event.preventDefault();
+    const by = event.deltaY || event.deltaX;
+    if (sideways) pan(Math.sign(event.deltaX || event.deltaY) * 0.1);
+    else zoom(by > 0 ? 1.25 : 0.8, rowUnder(event));
+  }, { passive: false });
+  return { load, show, grow, zoom, pan, fit };
+}
+
+/** One lane: boxes of one colour are one path, texts stand where they fit. */
+function drawLane(signal, index, stretches, top, style) {
+  const lane = draw("g", { class: `lane ${signal.draw}`, "data-signal": index, "data-count": stretches.length });
+  if (signal.draw === "boxes") drawBoxes(lane, stretches, top, style);
+  else drawLine(lane, signal, stretches, top);
+  return lane;
+}
+
+function drawBoxes(lane, stretches, top, style) {
+  const paths = new Map();
+  const texts = [];
+  for (const { begin, end, value } of stretches) {
+    const name = value === null ? null : String(value);
+    paths.set(name, `${paths.get(name) || ""}M${begin} ${top}H${end}V${top + LANE}H${begin}Z`);
+    const room = Math.floor((end - begin - 6) / LETTER);
+    if (room < 1 || name === null || (name.length > room && room < 3)) continue;
+    const text = name.length > room ? `${name.slice(0, room - 1)}…` : name;
+    texts.push(draw("text", { x: tenths((begin + end) / 2), y: top + 16.5, "text-anchor": "middle", text }));
+  }
+  for (const [name, d] of paths) {
+    const path = draw("path", { d, class: name === null ? "dense" : "box", "data-value": name === null ? null : clip(name) });
+    if (name !== null) style(path, name);
+    lane.append(path);
+  }
+  lane.append(...texts);
+}
+
+function drawLine(lane, signal, stretches, top) {
+  const y = (height) => tenths(top + 3 + (LANE - 6) * (1 - height));
+  let line = "";
+  let area = "";
+  let dense = "";
+  for (const { begin, end, value, low, high } of stretches) {
+    line += `${line ? "L" : "M"}${begin} ${y(low)}H${end}`;
+    if (signal.draw === "levels" && high > 0) area += `M${begin} ${top + 3}H${end}V${top + LANE - 3}H${begin}Z`;
+    if (value === null) dense += `M${begin} ${y(high) - 1}H${end}V${y(low) + 1}H${begin}Z`;
+  }
+  if (area) lane.append(draw("path", { class: "area", d: area }));
+  if (dense) lane.append(draw("path", { class: "dense", d: dense }));
+  lane.append(draw("path", { class: "line", d: line }));
+  if (signal.draw !== "curve") return;
+  for (const { begin, end, value, low } of stretches) {
+    const text = String(value);
+    if (value !== null && text.length * LETTER < end - begin - 6) {
+      lane.append(draw("text", { class: "number", x: tenths((begin + end) / 2), y: low > 0.5 ? top + 22 : top + 10, "text-anchor": "middle", text }));
+    }
+  }
+}
