@@ -69,7 +69,13 @@ def sample(steps: int = 12, seed: int = 1, loop: int | None = 4, states: tuple[s
     marks = [
         {"row": steps // 2, "kind": "cause", "text": "car is true", "signals": [2], "place": None},
         {"row": steps // 3, "kind": "event", "text": "car came"},
-        {"row": steps, "kind": "violation", "text": "safe: both are green", "signals": [0, 1], "place": [1, 1, 1, 1, 5]},
+        {
+            "row": steps,
+            "kind": "violation",
+            "text": "safe: both are green",
+            "signals": [0, 1],
+            "place": [1, 1, 1, 1, 5],
+        },
     ]
     run = {
         "name": "safe",

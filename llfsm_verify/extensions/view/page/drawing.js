@@ -19,12 +19,25 @@ export function make(tag, attributes = {}, ...children) {
   return dress(document.createElement(tag), attributes, children);
 }
 
+/** A row of a table: its head, then its cells; each is a text, an element or a list of them. */
+export function line(head, ...cells) {
+  const within = (what) => (Array.isArray(what) ? what : [what]).filter((part) => part !== null);
+  const shown = cells.map((cell) => make("td", {}, ...within(cell)));
+  return make("tr", {}, make("th", { scope: "row" }, ...within(head)), ...shown);
+}
+
+/** Put these into the body of a section. */
+export function fill(section, ...children) {
+  section.querySelector(".body").replaceChildren(...children.filter((child) => child !== null));
+}
+
 /** An element of SVG. */
 export function draw(tag, attributes = {}, ...children) {
   return dress(document.createElementNS(SVG, tag), attributes, children);
 }
 
-function dress(element, attributes, children) {
+/** Give an element attributes and children; see `make`. */
+export function dress(element, attributes, children = []) {
   for (const [name, value] of Object.entries(attributes)) {
     if (name === "text") element.textContent = value;
     else if (name === "style") element.style.cssText = value;
@@ -64,6 +77,12 @@ export function drawMachines(view, place, style) {
   const shown = view.machines.map((machine, index) => drawMachine(view, machine, index, style));
   place.replaceChildren(...shown.map((one) => one.element));
   if (!shown.length) place.append(make("p", { class: "quiet", text: "no machines" }));
+  const nested = make("input", { type: "checkbox", id: "nested", checked: true, onchange: () => {
+    view.machines.forEach((machine, i) => (shown[i].element.hidden = Boolean(machine.inside) && !nested.checked));
+  } });
+  if (view.machines.some((machine) => machine.inside)) {
+    place.prepend(make("label", { class: "wide quiet" }, nested, " machines that run inside of states"));
+  }
   return (run, row) => shown.forEach((one, index) => lightMachine(view, run, row, one, index));
 }
 
@@ -74,8 +93,13 @@ function drawMachine(view, machine, index, style) {
   const fired = make("p", { class: "fired" });
   const marks = make("p", { class: "mark" });
   const inside = machine.inside ? make("span", { class: "quiet", text: ` inside ${clip(machine.inside)}` }) : null;
+  const toggle = (kind, text, label) => make("button", {
+    type: "button", class: "small", text, "aria-label": `${label} ${clip(machine.name)}`, title: label,
+    "aria-pressed": false,
+    onclick: (event) => event.currentTarget.setAttribute("aria-pressed", element.classList.toggle(kind)),
+  });
   const head = make("figcaption", {}, make("span", { class: "name", text: clip(machine.name) }), inside, " ", state,
-    " ", count);
+    " ", count, make("span", { class: "sizes" }, toggle("folded", "–", "Fold"), toggle("large", "⤢", "Enlarge")));
   const element = make("figure", { class: "machine", "data-machine": index }, head, fired, marks);
   const nodes = drawing ? byId(drawing, machine.states, "node") : listStates(machine);
   const edges = drawing ? byId(drawing, machine.transitions, "edge") : [];
@@ -105,6 +129,15 @@ function fit(drawing) {
   if (width > 0) drawing.style.width = `${Math.round(width * 1.2)}px`;
 }
 
+/** Scroll a drawing so that what is active can be seen. */
+function reveal(node) {
+  const place = node.closest(".drawing");
+  if (!place || (place.scrollHeight <= place.clientHeight && place.scrollWidth <= place.clientWidth)) return;
+  const [box, at] = [place.getBoundingClientRect(), node.getBoundingClientRect()];
+  if (at.top < box.top || at.bottom > box.bottom) place.scrollTop += at.top - box.top - (box.height - at.height) / 2;
+  if (at.left < box.left || at.right > box.right) place.scrollLeft += at.left - box.left - (box.width - at.width) / 2;
+}
+
 function byId(drawing, items, key) {
   const found = new Map([...drawing.querySelectorAll("[id]")].map((element) => [element.id, element]));
   return items.map((item) => (item[key] === null ? null : found.get(item[key]) || null));
@@ -125,6 +158,7 @@ function lightMachine(view, run, row, shown, index) {
   const acts = run.rows.turn[row] === index || fired.length > 0;
   shown.nodes.forEach((node, i) => {
     if (!node) return;
+    if (i === current && !node.classList.contains("lit")) reveal(node);
     node.classList.toggle("lit", i === current);
     node.classList.toggle("wrong", i === current && wrong && acts);
     node.classList.toggle("visited", visits.entered[i] > 0);

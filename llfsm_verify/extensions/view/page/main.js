@@ -1,14 +1,18 @@
 // Puts the page together: reads the document, shows a row of a run everywhere at once, listens to keys and to updates.
 
-import { drawMachines, make } from "./drawing.js";
+import { drawMachines, fill, line, make } from "./drawing.js";
 import { appendUpdate, clip, readDocument, rowCount, spell, visitsUpTo } from "./model.js";
 import { listCoverage, listEvents, listStatistics, listValues, listVerdicts, showLive, showSources } from "./panels.js";
 import { Walk, createPlayer, createTeller } from "./player.js";
 import { createTiming } from "./timeline.js";
 import { embeddedText, fetchWindow, follow } from "./transport.js";
 
-const SOURCES = { check: "report of a check", coverage: "report of coverage", trace: "saved trace", recording: "recording", live: "live run" };
-const EMPTY = { name: "", kind: "trace", title: "no run", rows: { step: [], cycle: [], time_ms: null, turn: [] }, changes: [], fired: [], marks: [] };
+const SOURCES = {
+  check: "report of a check", coverage: "report of coverage", trace: "saved trace", recording: "recording",
+  live: "live run",
+};
+const NO_ROWS = { step: [], cycle: [], time_ms: null, turn: [] };
+const NO_RUN = { name: "", kind: "trace", title: "no run", rows: NO_ROWS, fired: [], marks: [] };
 
 /** Show the document that is in this page. */
 export function start(page) {
@@ -31,7 +35,7 @@ export function start(page) {
   listVerdicts(view, by("verdicts"), (index) => choose(index, true), sources.open);
   listCoverage(view, by("coverage"), sources.open);
   listStatistics(view, by("statistics"));
-  const walk = new Walk(view.runs[0] || { ...EMPTY, changes: view.signals.map(() => ({ at: [], values: [] })) });
+  const walk = new Walk(view.runs[0] || { ...NO_RUN, changes: view.signals.map(() => ({ at: [], values: [] })) });
   let waiting = false;
   const refresh = () => {
     if (waiting) return;
@@ -107,7 +111,8 @@ export function start(page) {
 
   by("run").hidden = !view.runs.length && !view.machines.length;
   by("run-choice").hidden = view.runs.length < 2;
-  view.runs.forEach((run, i) => by("runs").append(make("option", { value: i, text: `${i + 1}: ${clip(run.name, 60)} (${run.kind})` })));
+  const title = (run, i) => `${i + 1}: ${clip(run.name, 60)} (${run.kind})`;
+  by("runs").append(...view.runs.map((run, i) => make("option", { value: i, text: title(run, i) })));
   by("runs").addEventListener("change", () => choose(Number(by("runs").value)));
   if (view.runs.length) choose(0);
   else refresh();
@@ -116,10 +121,10 @@ export function start(page) {
   const other = (way) => view.runs.length && choose((index + way + view.runs.length) % view.runs.length);
   listenKeys(page, by("help"), by("keys"), keyTable({ walk, timing, by, refresh, other, turn }));
   if (events && view.runs.length) {
-    listen(view, by, walk, events, refresh, () => {
-      player.mark();
+    listen(view, by, walk, events, refresh, (news) => {
       timing.grow();
-      listEvents(by("events"), walk.run, go);
+      if (news || walk.last % 32 === 0) player.mark();
+      if (news) listEvents(by("events"), walk.run, go);
     });
   }
   page.defaultView.addEventListener("resize", refresh);
@@ -145,7 +150,8 @@ function chooseTheme(page, button) {
 
 /** Make a style of the document's colours. Returns a function that gives an element the colour of a name. */
 function paint(page, colours) {
-  const names = Object.keys(colours).filter((name) => [colours[name].light, colours[name].dark].every((of) => /^#[0-9a-f]{6}$/.test(of)));
+  const sound = ({ light, dark }) => [light, dark].every((colour) => /^#[0-9a-f]{6}$/.test(colour));
+  const names = Object.keys(colours).filter((name) => sound(colours[name]));
   const number = new Map(names.map((name, i) => [name, i]));
   const rules = (shade) => names.map((name, i) => `--c${i}:${colours[name][shade]}`).join(";");
   const sheet = new page.defaultView.CSSStyleSheet();
@@ -163,16 +169,20 @@ function keyTable({ walk, timing, by, refresh, other, turn }) {
   return [
     [" ", "Space", "play or pause", () => walk.toggle()],
     ["ArrowRight", "→", "one row on", move(1)], ["ArrowLeft", "←", "one row back", move(-1)],
-    ["Shift+ArrowRight", "Shift →", "one cycle on", move(1, "cycle")], ["Shift+ArrowLeft", "Shift ←", "one cycle back", move(-1, "cycle")],
+    ["Shift+ArrowRight", "Shift →", "one cycle on", move(1, "cycle")],
+    ["Shift+ArrowLeft", "Shift ←", "one cycle back", move(-1, "cycle")],
     ["Home", "Home", "first row", () => walk.go(0)], ["End", "End", "last row", () => walk.go(walk.last)],
     ["e", "e", "next event", jump("event", 1)], ["E", "E", "previous event", jump("event", -1)],
     ["v", "v", "next violation", jump("violation", 1)], ["V", "V", "previous violation", jump("violation", -1)],
-    ["c", "c", "next change of a watched signal (of any, if none is watched)", jump("change", 1)], ["C", "C", "previous change", jump("change", -1)],
+    ["c", "c", "next change of a watched signal (of any, if none is watched)", jump("change", 1)],
+    ["C", "C", "previous change", jump("change", -1)],
     ["]", "]", "play faster", () => walk.faster(1)], ["[", "[", "play slower", () => walk.faster(-1)],
-    ["+", "+", "zoom in", () => timing.zoom(0.5)], ["-", "-", "zoom out", () => timing.zoom(2)], ["0", "0", "show the whole run", () => timing.fit()],
+    ["+", "+", "zoom in", () => timing.zoom(0.5)], ["-", "-", "zoom out", () => timing.zoom(2)],
+    ["0", "0", "show the whole run", () => timing.fit()],
     ["<", "<", "timing: earlier", () => timing.pan(-0.5)], [">", ">", "timing: later", () => timing.pan(0.5)],
     ["n", "n", "next run", () => other(1)], ["N", "N", "previous run", () => other(-1)],
-    ["PageDown", "Page ↓", "later rows of a long run", () => turn(1)], ["PageUp", "Page ↑", "earlier rows of a long run", () => turn(-1)],
+    ["PageDown", "Page ↓", "later rows of a long run", () => turn(1)],
+    ["PageUp", "Page ↑", "earlier rows of a long run", () => turn(-1)],
     ["f", "f", "follow the newest row of a live run", () => (walk.follow = walk.run.kind === "live" && !walk.follow)],
     ["t", "t", "light, dark, or as the browser", () => by("theme").click()],
     ["?", "?", "show these keys", () => by("help").showModal()],
@@ -183,14 +193,15 @@ function keyTable({ walk, timing, by, refresh, other, turn }) {
 }
 
 function listenKeys(page, help, button, keys) {
-  help.querySelector(".body").replaceChildren(make("table", { class: "keys" }, make("tbody", {}, ...keys.map(({ name, words }) => make("tr", {},
-    make("th", { scope: "row" }, make("kbd", { text: name })), make("td", { text: words }))))));
+  const lines = keys.map(({ name, words }) => line(make("kbd", { text: name }), words));
+  fill(help, make("table", { class: "keys" }, make("tbody", {}, ...lines)));
   button.addEventListener("click", () => help.showModal());
   page.addEventListener("keydown", (event) => {
     const { target } = event;
-    const presses = target.matches("button, summary, input[type=checkbox], a") && (event.key === " " || event.key === "Enter");
+    const presses = /^( |Enter)$/.test(event.key) && target.matches("button, summary, input[type=checkbox], a");
     const scrolls = target.closest("[role=region], .drawing, ol[tabindex]") && /^(Arrow|Home|End)/.test(event.key);
-    if (event.ctrlKey || event.altKey || event.metaKey || help.open || presses || scrolls || target.matches("select, textarea")) return;
+    const other = event.ctrlKey || event.altKey || event.metaKey || help.open || target.matches("select, textarea");
+    if (other || presses || scrolls) return;
     const pressed = event.shiftKey && event.key.startsWith("Arrow") ? `Shift+${event.key}` : event.key;
     const found = keys.find(({ key }) => key === pressed);
     if (!found) return;
@@ -209,7 +220,7 @@ function listen(view, by, walk, events, refresh, grown) {
       const dropped = appendUpdate(run, update);
       if (walk.run === run) {
         walk.row = walk.follow ? walk.last : Math.max(0, walk.row - dropped);
-        grown();
+        grown(update.marks.length > 0 || dropped > 0);
       }
     }
     tell(update, connection);

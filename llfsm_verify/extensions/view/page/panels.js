@@ -1,6 +1,6 @@
-// Tells what stands around the drawings: verdicts, sources, values, events, statistics, coverage, and how a live run does.
+// Tells what stands around the drawings: verdicts, sources, values, events, statistics, coverage, how a live run does.
 
-import { make } from "./drawing.js";
+import { fill, line, make } from "./drawing.js";
 import { KINDS, SYMBOLS, changesAt, clip, lastAt, marksAt, placesAt, spell, valueAt, wordRow, wordTime, wordValue } from "./model.js";
 
 const VERDICTS = { holds: "✓", violated: "✗", unknown: "?", undecided: "…" };
@@ -17,16 +17,21 @@ function table(label, heads, rows) {
 function placeButton(view, place, open) {
   if (!place || !view.files[place[0]]) return null;
   const where = `${clip(view.files[place[0]].name, 60)}:${place[1]}`;
-  return make("button", { type: "button", class: "link", text: where, "aria-label": `Show ${where}`, onclick: () => open(place) });
+  const attributes = { type: "button", class: "link", text: where, "aria-label": `Show ${where}` };
+  return make("button", { ...attributes, onclick: () => open(place) });
+}
+
+function sign(text) {
+  return make("span", { class: "sign", "aria-hidden": "true", text });
 }
 
 /** How many verdicts there are of each kind, in words. */
 export function countVerdicts(verdicts) {
   const counts = new Map();
   for (const { verdict } of verdicts) counts.set(verdict, (counts.get(verdict) || 0) + 1);
-  const words = { violated: "violated", holds: "hold", unknown: "unknown", undecided: "undecided" };
-  return Object.entries(words).filter(([kind]) => counts.has(kind))
-    .map(([kind, word]) => `${spell(counts.get(kind))} ${kind === "holds" && counts.get(kind) === 1 ? "holds" : word}`).join(", ");
+  const word = (kind) => (kind === "holds" && counts.get(kind) > 1 ? "hold" : kind);
+  return ["violated", "holds", "unknown", "undecided"].filter((kind) => counts.has(kind))
+    .map((kind) => `${spell(counts.get(kind))} ${word(kind)}`).join(", ");
 }
 
 /** List the verdicts; `choose` opens a run by its index, `open` a place in the sources. */
@@ -38,17 +43,17 @@ export function listVerdicts(view, section, choose, open) {
       type: "button", text: `Show ${view.runs[index].kind}`, "data-run": index, title: clip(view.runs[index].title),
       "aria-label": `Show ${view.runs[index].kind} of ${clip(one.name)}`, onclick: () => choose(index),
     }));
-    const said = [one.reason, ...(one.notes || [])].filter(Boolean).map((text) => make("p", { text: clip(text, 2000) }));
-    return make("tr", { class: one.verdict, "data-verdict": one.verdict, "data-name": one.name },
-      make("th", { scope: "row" }, make("span", { class: "sign", "aria-hidden": "true", text: VERDICTS[one.verdict] }),
-        make("span", { text: ` ${clip(one.name)}` })),
-      make("td", { class: "words", text: clip(one.words, 400) }),
-      make("td", {}, make("code", { text: clip(one.text, 2000) }), ...said),
-      make("td", { class: "quiet" }, one.engine ? `${clip(one.engine)} ` : "", placeButton(view, one.place, open)),
-      make("td", {}, ...runs));
+    const said = [one.reason, ...(one.notes || [])].filter(Boolean);
+    const reasons = said.map((text) => make("p", { text: clip(text, 2000) }));
+    const row = line([sign(VERDICTS[one.verdict]), ` ${clip(one.name)}`],
+      make("span", { class: "words", text: clip(one.words, 400) }),
+      [make("code", { text: clip(one.text, 2000) }), ...reasons],
+      [one.engine ? `${clip(one.engine)} ` : "", placeButton(view, one.place, open)], runs);
+    row.className = one.verdict;
+    Object.assign(row.dataset, { verdict: one.verdict, name: one.name });
+    return row;
   });
-  section.querySelector(".body").replaceChildren(
-    make("p", { class: "summary", text: countVerdicts(verdicts) }),
+  fill(section, make("p", { class: "summary", text: countVerdicts(verdicts) }),
     table("Verdicts", ["Property", "Verdict", "Formula and reason", "How, where", "Runs"], rows));
 }
 
@@ -60,8 +65,8 @@ export function showSources(view, section) {
   const along = make("input", { type: "checkbox", id: "along", checked: true });
   const text = make("div", { class: "text", tabindex: 0, role: "region", "aria-label": "Source text" });
   const none = make("p", { class: "quiet ran-none", text: "" });
-  section.querySelector(".body").replaceChildren(make("div", { class: "buttons" }, make("label", { text: "file " }, files),
-    make("label", {}, along, " follow the run")), text, none);
+  const choices = [make("label", { text: "file " }, files), make("label", {}, along, " follow the run")];
+  fill(section, make("div", { class: "buttons" }, ...choices), text, none);
   let shown = -1;
   let marked = [];
   let ran = [];
@@ -76,7 +81,8 @@ export function showSources(view, section) {
     for (let i = 0; i < lines.length; i += BLOCK) {
       const part = lines.slice(i, i + BLOCK).map((line, j) => make("div", { class: "line", "data-line": i + j + 1 },
         make("span", { class: "number", text: i + j + 1 }), make("code", { text: clip(line, 2000) })));
-      blocks.push(make("div", { class: "block", style: `contain-intrinsic-height: auto ${part.length * 1.45}em` }, ...part));
+      const style = `contain-intrinsic-height: auto ${part.length * 1.45}em`;
+      blocks.push(make("div", { class: "block", style }, ...part));
     }
     if (cut) blocks.push(make("p", { class: "quiet", text: `${spell(cut)} more lines are not in this page` }));
     text.replaceChildren(...blocks);
@@ -146,16 +152,19 @@ export function listValues(view, section, walk, watch) {
       group = signal.group;
       rows.push(make("tr", { class: "group" }, make("th", { scope: "colgroup", colspan: 5, text: clip(group) })));
     }
-    const value = make("td", { class: "value", "data-signal": index });
-    const since = make("td", { class: "quiet" });
-    const box = make("input", { type: "checkbox", "aria-label": `Watch ${clip(signal.name, 60)}`, "data-watch": index, onchange: () => watch(index) });
-    cells.push({ value, since, box, sign: make("td", { class: "sign" }) });
-    rows.push(make("tr", {}, make("th", { scope: "row", text: clip(signal.name, 60) }), cells[index].sign, value, since, make("td", {}, box)));
+    const name = clip(signal.name, 60);
+    const [seen, value, since] = ["sign", "value", "quiet"].map((kind) => make("span", { class: kind }));
+    const box = make("input", { type: "checkbox", "aria-label": `Watch ${name}`, onchange: () => watch(index) });
+    Object.assign(value.dataset, { signal: index });
+    const row = line(name, seen, value, since, box);
+    cells.push({ seen, value, since, box, row });
+    rows.push(row);
   });
-  section.querySelector(".body").replaceChildren(table("Values of this row", ["Signal", "", "Value", "Since", "Watch"], rows));
+  fill(section, table("Values of this row", ["Signal", "", "Value", "Since", "Watch"], rows));
   return (run, row) => {
-    const causes = new Set(marksAt(run, row).filter((mark) => mark.kind === "cause").flatMap((mark) => mark.signals || []));
-    cells.forEach(({ value, since, box, sign }, index) => {
+    const marked = marksAt(run, row).filter((mark) => mark.kind === "cause");
+    const causes = new Set(marked.flatMap((mark) => mark.signals || []));
+    cells.forEach(({ seen, value, since, box, row: shown }, index) => {
       const now = valueAt(run, index, row);
       const words = clip(wordValue(now, view.signals[index]), 200);
       if (value.textContent !== words) value.textContent = words;
@@ -163,9 +172,9 @@ export function listValues(view, section, walk, watch) {
       const { at } = run.changes[index];
       const step = run.rows.step[at[lastAt(at, row)]];
       since.textContent = changed ? "now" : step === undefined ? "" : `step ${spell(step)}`;
-      sign.textContent = causes.has(index) ? "◆" : changed ? "●" : "";
-      sign.title = causes.has(index) ? "cause" : changed ? "changed" : "";
-      value.parentElement.classList.toggle("changed", changed);
+      seen.textContent = causes.has(index) ? "◆" : changed ? "●" : "";
+      seen.title = causes.has(index) ? "cause" : changed ? "changed" : "";
+      shown.classList.toggle("changed", changed);
       box.checked = walk.watched.has(index);
     });
   };
@@ -177,20 +186,21 @@ export function listEvents(section, run, go) {
   const marks = [...run.marks].sort((a, b) => a.row - b.row).slice(-MOST);
   const items = marks.map((mark) => make("li", { class: mark.kind, "data-row": mark.row },
     make("button", { type: "button", class: "link", onclick: () => go(mark.row) },
-      make("span", { class: "sign", "aria-hidden": "true", text: SYMBOLS[mark.kind] }),
-      ` ${wordRow(run, mark.row)}: ${KINDS[mark.kind]}: ${clip(mark.text, 400)}`)));
-  const more = run.marks.length - marks.length;
-  section.querySelector(".body").replaceChildren(
-    make("ol", { class: "events", tabindex: 0, "aria-label": "Events" }, ...items),
-    more ? make("p", { class: "quiet", text: `${spell(more)} earlier events are not listed` }) : "");
+      sign(SYMBOLS[mark.kind]), ` ${wordRow(run, mark.row)}: ${KINDS[mark.kind]}: ${clip(mark.text, 400)}`)));
+  fill(section, make("ol", { class: "events", tabindex: 0, "aria-label": "Events" }, ...items),
+    unlisted(run.marks.length - marks.length, "earlier events"));
+}
+
+function unlisted(more, words) {
+  return more > 0 ? make("p", { class: "quiet", text: `${spell(more)} ${words} are not listed` }) : null;
 }
 
 export function listStatistics(view, section) {
   const groups = view.statistics || [];
   section.hidden = !groups.length;
-  section.querySelector(".body").replaceChildren(...groups.map(({ title, lines }) => make("table", { class: "facts" },
-    make("caption", { text: clip(title) }), make("tbody", {}, ...lines.map(([name, value]) => make("tr", {},
-      make("th", { scope: "row", text: clip(name) }), make("td", { text: clip(value, 400) })))))));
+  const facts = ({ title, lines }) => make("table", { class: "facts" }, make("caption", { text: clip(title) }),
+    make("tbody", {}, ...lines.map(([name, value]) => line(clip(name), clip(value, 400)))));
+  fill(section, ...groups.map(facts));
 }
 
 /** Counts of goals by kind and status, and the goals. */
@@ -199,15 +209,13 @@ export function listCoverage(view, section, open) {
   if (!view.coverage) return;
   const { counts, goals } = view.coverage;
   const statuses = [...new Set(Object.values(counts).flatMap((of) => Object.keys(of)))];
-  const rows = Object.entries(counts).map(([kind, of]) => make("tr", {}, make("th", { scope: "row", text: clip(kind) }),
-    ...statuses.map((status) => make("td", { class: "number", text: of[status] || 0 }))));
-  const lines = goals.slice(0, MOST).map((goal) => make("tr", { class: goal.status },
-    make("td", { text: `${STATUSES[goal.status] || "•"} ${goal.status}` }), make("td", { text: goal.kind }),
-    make("th", { scope: "row", text: clip(goal.name) }), make("td", {}, placeButton(view, goal.span, open))));
-  const more = goals.length > MOST ? make("p", { class: "quiet", text: `${spell(goals.length - MOST)} more goals are not listed` }) : null;
-  section.querySelector(".body").replaceChildren(table("Coverage by kind", ["Kind", ...statuses], rows),
+  const count = ([kind, of]) => line(clip(kind), ...statuses.map((status) => spell(of[status] || 0)));
+  const goal = ({ kind, status, name, span }) => line(clip(name), [sign(STATUSES[status] || "•"), ` ${status}`], kind,
+    placeButton(view, span, open));
+  fill(section, table("Coverage by kind", ["Kind", ...statuses], Object.entries(counts).map(count)),
     make("details", {}, make("summary", { text: `${spell(goals.length)} goals` }),
-      table("Goals", ["Status", "Kind", "Goal", "Where"], lines), ...(more ? [more] : [])));
+      table("Goals", ["Goal", "Status", "Kind", "Where"], goals.slice(0, MOST).map(goal)),
+      unlisted(goals.length - MOST, "more goals")));
 }
 
 /** How a live run does. Returns a function that shows an update and the state of the connection. */
@@ -217,7 +225,7 @@ export function showLive(section) {
   const monitors = make("ul", { class: "monitors", "aria-label": "Verdicts of monitors" });
   const lag = make("p", { class: "lag", role: "status" });
   const totals = { missed: 0, skipped: 0, shown: 0 };
-  section.querySelector(".body").replaceChildren(lag, facts, bars, monitors);
+  fill(section, lag, make("div", {}, facts, monitors), bars);
   section.hidden = false;
   return (update, connection) => {
     if (update) {
@@ -229,26 +237,29 @@ export function showLive(section) {
       if (update.verdicts) listMonitors(monitors, update.verdicts);
     }
     const late = totals.behind > 500;
-    lag.textContent = connection !== "live" ? connection : late ? `⚠ the view lags by ${wordTime(totals.behind)}` : "● follows the run";
+    const words = late ? `⚠ the view lags by ${wordTime(totals.behind)}` : "● follows the run";
+    lag.textContent = connection === "live" ? words : connection;
     lag.className = `lag ${connection !== "live" ? "lost" : late ? "late" : "well"}`;
     Object.assign(section.dataset, totals, { connection });
     const rows = [["rows shown", totals.shown], ["frames missed", totals.missed], ["frames not shown", totals.skipped]]
       .map(([name, count]) => [name, spell(count)]);
     if (totals.behind !== undefined) rows.push(["behind", wordTime(totals.behind)]);
-    facts.replaceChildren(...rows.map(([name, value]) => make("div", {}, make("dt", { text: name }), make("dd", { text: value }))));
+    const pair = ([name, value]) => make("div", {}, make("dt", { text: name }), make("dd", { text: value }));
+    facts.replaceChildren(...rows.map(pair));
   };
 }
 
 function drawLateness(place, { edges_us: edges, counts, worst_us: worst, overruns }) {
   const most = Math.max(1, ...counts);
-  const name = (i) => (i < edges.length ? `≤ ${wordTime(edges[i] / 1000)}` : `> ${wordTime(edges[edges.length - 1] / 1000)}`);
-  const rows = counts.map((count, i) => make("tr", {}, make("th", { scope: "row", text: name(i) }), make("td", { class: "number", text: spell(count) }),
-    make("td", { class: "bar" }, make("span", { style: `width: ${(100 * count) / most}%` }))));
+  const name = (i) => `${i < edges.length ? "≤" : ">"} ${wordTime(edges[Math.min(i, edges.length - 1)] / 1000)}`;
+  const bar = (count) => make("span", { class: "bar", style: `width: ${(100 * count) / most}%` });
+  const rows = counts.map((count, i) => line(name(i), spell(count), bar(count)));
+  const text = `Lateness of cycles: at most ${wordTime(worst / 1000)}, ${spell(overruns)} overruns`;
   place.dataset.worst = worst;
-  place.replaceChildren(make("table", {}, make("caption", { text: `Lateness of cycles: at most ${wordTime(worst / 1000)}, ${spell(overruns)} overruns` }),
-    make("tbody", {}, ...rows)));
+  place.replaceChildren(make("table", {}, make("caption", { text }), make("tbody", {}, ...rows)));
 }
 
 function listMonitors(place, verdicts) {
-  place.replaceChildren(...Object.entries(verdicts).map(([name, words]) => make("li", { "data-name": name, text: `${clip(name)}: ${clip(words)}` })));
+  const item = ([name, words]) => make("li", { "data-name": name, text: `${clip(name)}: ${clip(words)}` });
+  place.replaceChildren(...Object.entries(verdicts).map(item));
 }

@@ -138,19 +138,21 @@ export function createPlayer(place, view, walk, changed) {
   const where = make("output", { id: "where", for: "slider" });
   const follow = button("Follow", "Follow the newest row", "f", () => (walk.follow = !walk.follow));
   follow.id = "follow";
-  const jumps = [["event", "e"], ["violation", "v"], ["change", "c"]].map(([what, key]) => make("span", { class: "jump" },
+  const jump = (what, key) => make("span", { class: "jump" },
     button("◂", `Previous ${what}`, key.toUpperCase(), () => walk.jump(what, -1)), make("span", { text: what }),
-    button("▸", `Next ${what}`, key, () => walk.jump(what, 1))));
+    button("▸", `Next ${what}`, key, () => walk.jump(what, 1)));
   place.replaceChildren(
     make("div", { class: "buttons" }, button("|◀", "First row", "Home", () => walk.go(0)),
       button("◁", "Row before", "ArrowLeft", () => walk.move(-1)), play,
-      button("▷", "Row after", "ArrowRight", () => walk.move(1)), button("▶|", "Last row", "End", () => walk.go(walk.last)),
-      ...jumps, follow, make("label", { text: "by " }, units), make("label", { text: "speed " }, speeds)),
+      button("▷", "Row after", "ArrowRight", () => walk.move(1)),
+      button("▶|", "Last row", "End", () => walk.go(walk.last)),
+      jump("event", "e"), jump("violation", "v"), jump("change", "c"), follow,
+      make("label", { text: "by " }, units), make("label", { text: "speed " }, speeds)),
     make("div", { class: "slide" }, slider, strip), where);
 
   function load() {
-    const timed = walk.run.rows.time_ms;
-    units.replaceChildren(...["step", "cycle", ...(timed ? ["time"] : [])].map((unit) => make("option", { value: unit, text: unit })));
+    const known = ["step", "cycle", ...(walk.run.rows.time_ms ? ["time"] : [])];
+    units.replaceChildren(...known.map((unit) => make("option", { value: unit, text: unit })));
     follow.hidden = walk.run.kind !== "live";
     mark();
   }

@@ -1,17 +1,19 @@
 // Draws a run as a timing diagram: lanes of boxes, levels and curves in groups that fold; zooms, pans, tells values.
 
-import { draw, make } from "./drawing.js";
+import { draw, dress, fill, make } from "./drawing.js";
 import { KINDS, SYMBOLS, clip, lastAt, marksAt, rowCount, spell, valueAt, wordRow, wordTime, wordValue } from "./model.js";
 
 const LANE = 24;
 const GAP = 10;
 const GROUP = 28;
-const HEAD = 44;
+const HEAD = 48;
 const LETTER = 7.2;
 const NARROW = 3;
 const APART = 90;
 const USUAL_ROWS = 200;
 const FEWEST_ROWS = 4;
+const GRAVE = ["violation", "fault", "reached", "cause"];
+const HINT = "Click to go to a row. The wheel pans with Shift, and zooms with Ctrl or once the diagram was clicked.";
 
 /** Pixels rounded to tenths, halves up. */
 export function tenths(pixels) {
@@ -25,22 +27,28 @@ export function shapes(view, run, first, last, width) {
   return { lanes, ticks: tickShapes(run, first, last, step) };
 }
 
-/** Stretches of a value: its begin, end and value; narrow ones that touch are one, with null, the least and greatest. */
+/**
+ * Stretches of a value, begin to end. Narrow ones that touch are one without a value, as long as they begin within
+ * `NARROW` pixels; `low` and `high` say how high its values are, where they are drawn as levels or curves.
+ */
 function laneShapes(signal, { at, values }, first, last, step) {
   const found = [];
   let dense = null;
+  let since = 0;
   for (let i = Math.max(0, lastAt(at, first)); i < at.length && at[i] <= last; i += 1) {
     const from = Math.max(at[i], first);
     const to = i + 1 < at.length ? Math.min(at[i + 1], last + 1) : last + 1;
     const height = signal.draw === "boxes" ? null : heightOf(signal, values[i]);
-    if (dense && (to - from) * step < NARROW) {
+    if (dense && (to - from) * step < NARROW && (from - since) * step < NARROW) {
       Object.assign(dense, { end: tenths((to - first) * step), value: null });
-      if (height !== null) Object.assign(dense, { low: Math.min(dense.low, height), high: Math.max(dense.high, height) });
+      if (height !== null) dense.low = Math.min(dense.low, height);
+      if (height !== null) dense.high = Math.max(dense.high, height);
       continue;
     }
     const one = { begin: tenths((from - first) * step), end: tenths((to - first) * step), value: values[i] };
     if (height !== null) Object.assign(one, { low: height, high: height });
     dense = (to - from) * step < NARROW ? one : null;
+    since = from;
     found.push(one);
   }
   return found;
@@ -53,20 +61,17 @@ function heightOf({ draw: how, low, high }, value) {
   return most > least ? Math.floor(((Number(value) - least) / (most - least)) * 1000 + 0.5) / 1000 : 0.5;
 }
 
-/** Ticks where cycles begin, at round times where there are times. */
+/** Ticks where cycles of round numbers begin, with their times where there are times. */
 function tickShapes(run, first, last, step) {
   const { cycle, time_ms: time } = run.rows;
-  const column = time || cycle;
-  if (!column.length) return [];
-  const apart = roundUp(((column[last] - column[first]) * APART) / ((last - first + 1) * step));
   const ticks = [];
-  let end = -Infinity;
-  for (let next = Math.ceil(column[first] / apart) * apart; next <= column[last]; next = (Math.round(next / apart) + 1) * apart) {
-    const row = lastAt(column, next - apart * 1e-9) + 1;
-    const x = tenths((Math.max(row, first) - first) * step);
-    if (x - end < APART / 2) continue;
-    ticks.push({ x, text: time ? wordTime(next) : `cycle ${next}` });
-    end = x;
+  if (last >= cycle.length) return ticks;
+  const apart = roundUp(((cycle[last] - cycle[first]) * APART) / ((last - first + 1) * step));
+  for (let next = Math.ceil(cycle[first] / apart) * apart; next <= cycle[last]; next += apart) {
+    const row = lastAt(cycle, next - 1) + 1;
+    const x = tenths((row - first) * step);
+    if (cycle[row] !== next || row < first || (ticks.length && x - ticks[ticks.length - 1].x < APART / 2)) continue;
+    ticks.push({ x, text: time ? wordTime(time[row]) : `cycle ${next}` });
   }
   return ticks;
 }
@@ -78,26 +83,44 @@ export function roundUp(wanted) {
   return [1, 2, 5, 10].map((part) => part * power).find((one) => one >= wanted);
 }
 
+/** Where marks stand above the lanes, the first ones first, with words where there is room; none lies on another. */
+export function placeMarks(marks, width) {
+  const placed = [];
+  const apart = (one, other) => one.to < other.from - 4 || one.from > other.to + 4;
+  const free = (one) => one.from >= 0 && one.to <= width && placed.every((other) => apart(one, other));
+  for (const { x: wanted, kind, words } of marks) {
+    const x = Math.max(6, Math.min(width - 6, wanted));
+    const room = LETTER * (words.length + 2);
+    const ways = [
+      { side: "start", x: x - 4, text: `${SYMBOLS[kind]} ${words}`, from: x - 4, to: x - 4 + room },
+      { side: "end", x: x + 4, text: `${words} ${SYMBOLS[kind]}`, from: x + 4 - room, to: x + 4 },
+      { side: "middle", x, text: SYMBOLS[kind], from: x - 5, to: x + 5 },
+    ];
+    const found = ways.slice(words ? 0 : 2).find(free);
+    if (found) placed.push({ ...found, kind });
+  }
+  return placed;
+}
+
 /** Draw the timing diagram of a walk. Returns functions that show its row, zoom and pan. */
 export function createTiming(section, view, walk, { go, watch, style }) {
   const folded = new Set();
   const groups = [...new Set(view.signals.map((signal) => signal.group))];
   const names = make("div", { class: "names" });
-  const axis = draw("svg", { class: "axis", height: HEAD, "aria-hidden": "true" });
+  const axis = draw("svg", { class: "axis", "aria-hidden": "true" });
   const picture = draw("svg", { class: "lanes", role: "img" });
   const here = draw("rect", { class: "here", y: 0 });
   const pin = draw("rect", { class: "here", y: HEAD - 3, height: 3 });
   const cross = draw("line", { class: "cross", y1: 0 });
-  const field = make("div", { class: "field", tabindex: 0, role: "group", "aria-label": "Timing diagram" }, axis, picture);
+  const field = make("div", { class: "field", tabindex: 0, role: "group" }, axis, picture);
   const grid = make("div", { class: "timing" }, names, field);
   const readout = make("output", { class: "readout" });
   const range = make("span", { class: "quiet range" });
-  const tool = (text, label, work) => make("button", { type: "button", text, "aria-label": label, title: label, onclick: work });
-  section.querySelector(".body").replaceChildren(
-    make("div", { class: "buttons" }, tool("−", "Zoom out (-)", () => zoom(2)), tool("+", "Zoom in (+)", () => zoom(0.5)),
-      tool("Fit", "Show the whole run (0)", fit), tool("‹", "Earlier (<)", () => pan(-0.5)), tool("›", "Later (>)", () => pan(0.5)),
-      range, readout),
-    grid, make("p", { class: "quiet hint", text: "Click to go to a row. Wheel: zooms with Ctrl, pans with Shift, and both once the diagram has the focus." }));
+  const tool = (text, title, onclick) => make("button", { type: "button", text, "aria-label": title, title, onclick });
+  fill(section, make("div", { class: "buttons" }, tool("−", "Zoom out (-)", () => zoom(2)),
+    tool("+", "Zoom in (+)", () => zoom(0.5)), tool("Fit", "Show the whole run (0)", fit),
+    tool("‹", "Earlier (<)", () => pan(-0.5)), tool("›", "Later (>)", () => pan(0.5)), range, readout), grid,
+  make("p", { class: "quiet hint", text: HINT }));
   const state = { first: 0, last: 0, width: 0, height: 0, hover: null, stale: true };
   let tops = new Map();
   let labels = [];
@@ -159,8 +182,8 @@ export function createTiming(section, view, walk, { go, watch, style }) {
       for (const index of open ? own : []) {
         const value = make("span", { class: "value" });
         const name = make("button", {
-          type: "button", class: "name", "aria-pressed": false, "data-lane": index, title: `Watch ${clip(view.signals[index].name)}`,
-          text: clip(view.signals[index].name, 80), onclick: () => watch(index),
+          type: "button", class: "name", "aria-pressed": false, "data-lane": index, onclick: () => watch(index),
+          title: `Watch ${clip(view.signals[index].name)}`, text: clip(view.signals[index].name, 80),
         });
         labels.push({ index, name, value });
         rows.push(make("div", { class: "label", style: `height: ${LANE + GAP}px` }, name, value));
@@ -208,8 +231,9 @@ export function createTiming(section, view, walk, { go, watch, style }) {
     const { run } = walk;
     Object.assign(state, { width, stale: false });
     const found = shapes(view, run, state.first, state.last, width);
-    for (const svg of [axis, picture]) svg.setAttribute("width", width);
-    picture.setAttribute("height", state.height);
+    for (const [svg, height] of [[axis, HEAD], [picture, state.height]]) {
+      dress(svg, { width, height, viewBox: `0 0 ${width} ${height}`, preserveAspectRatio: "none" });
+    }
     picture.setAttribute("aria-label", `Timing diagram of ${clip(run.title)}`);
     here.setAttribute("height", state.height);
     cross.setAttribute("y2", state.height);
@@ -217,13 +241,17 @@ export function createTiming(section, view, walk, { go, watch, style }) {
     const over = draw("g", { class: "marks" });
     const head = draw("g", {});
     const step = width / (state.last - state.first + 1);
+    let end = 0;
     for (const { x, text } of found.ticks) {
       back.append(draw("line", { class: "tick", x1: x, x2: x, y1: 0, y2: state.height }));
-      const anchor = x < APART / 2 ? "start" : x > width - APART / 2 ? "end" : "middle";
-      head.append(draw("text", { class: "tick", x: Math.min(width - 2, x), y: HEAD - 4, "text-anchor": anchor, text }));
+      const half = (LETTER * text.length) / 2;
+      const middle = Math.max(half, Math.min(width - half, x));
+      if (middle - half < end) continue;
+      head.append(draw("text", { class: "tick", x: tenths(middle), y: HEAD - 4, "text-anchor": "middle", text }));
+      end = middle + half + LETTER;
     }
     drawLoop(run, step, width, back, head);
-    drawMarks(run, step, width, back, over, head);
+    drawMarks(run, step, back, over, head);
     const lanes = [...tops].map(([index, top]) => drawLane(view.signals[index], index, found.lanes[index], top, style));
     axis.replaceChildren(head, pin);
     picture.replaceChildren(back, here, ...lanes, over, cross);
@@ -234,31 +262,30 @@ export function createTiming(section, view, walk, { go, watch, style }) {
     if (typeof run.loop !== "number" || state.last <= run.loop) return;
     const x = tenths(Math.max(0, (run.loop + 1 - state.first) * step));
     back.append(draw("rect", { class: "loop", x, y: 0, width: tenths(width - x), height: state.height }));
-    head.append(draw("path", { class: "loop", d: `M${x} 24V20H${width - 1}V24` }));
-    if (width - x > 24) head.append(draw("text", { class: "loop", x: x + 4, y: 14, text: width - x > 180 ? "↻ repeats forever" : "↻" }));
+    head.append(draw("path", { class: "loop", d: `M${x} 20V16H${width - 1}V20` }));
+    const text = width - x > 180 ? "↻ repeats forever" : "↻";
+    if (width - x > 24) head.append(draw("text", { class: "loop", x: x + 4, y: 12, text }));
   }
 
-  function drawMarks(run, step, width, back, over, head) {
+  function drawMarks(run, step, back, over, head) {
     const shown = run.marks.filter((mark) => mark.row >= state.first && mark.row <= state.last).slice(0, 2000);
-    const serious = ["violation", "fault", "reached", "cause"];
-    const order = (mark) => (serious.indexOf(mark.kind) + 1 || 9);
-    const taken = [];
-    for (const mark of shown.sort((a, b) => order(a) - order(b))) {
+    const grave = (mark) => GRAVE.indexOf(mark.kind) + 1 || 9;
+    const heads = shown.sort((a, b) => grave(a) - grave(b)).map((mark) => {
       const x = tenths((mark.row - state.first + 0.5) * step);
-      const group = draw("g", { class: `mark ${mark.kind}`, "data-row": mark.row });
-      if (order(mark) < 9) back.append(draw("line", { class: `mark ${mark.kind}`, x1: x, x2: x, y1: 0, y2: state.height }));
+      const kind = `mark ${mark.kind}`;
+      const group = draw("g", { class: kind, "data-row": mark.row });
+      if (grave(mark) < 9) back.append(draw("line", { class: kind, x1: x, x2: x, y1: 0, y2: state.height }));
       for (const top of (mark.signals || []).map((signal) => tops.get(signal)).filter((known) => known !== undefined)) {
         const side = Math.max(6, step);
         group.append(draw("rect", { x: tenths(x - side / 2), y: top - 1.5, width: tenths(side), height: LANE + 3 }),
           draw("text", { x, y: top - 2.5, "text-anchor": "middle", text: SYMBOLS[mark.kind] }));
       }
       over.append(group);
-      if (taken.some(([begin, end]) => x > begin - 8 && x < end + 8)) continue;
-      const words = `${SYMBOLS[mark.kind]} ${KINDS[mark.kind]}`;
-      const room = LETTER * words.length;
-      const free = order(mark) < 4 && x + room < width && !taken.some(([begin, end]) => x + room > begin - 8 && x < end + 8);
-      head.append(draw("text", { class: `mark ${mark.kind}`, x: free ? x - 4 : x, y: 28, "text-anchor": free ? "start" : "middle", text: free ? words : SYMBOLS[mark.kind] }));
-      taken.push(free ? [x - 4, x + room] : [x - 5, x + 5]);
+      const named = mark.kind === "violation" && run.property ? ` of ${clip(run.property, 40)}` : "";
+      return { x, kind: mark.kind, words: grave(mark) < 4 ? `${KINDS[mark.kind]}${named}` : "" };
+    });
+    for (const { x, side, text, kind } of placeMarks(heads, state.width)) {
+      head.append(draw("text", { class: `mark ${kind}`, x, y: 31, "text-anchor": side, text }));
     }
   }
 
@@ -277,7 +304,8 @@ export function createTiming(section, view, walk, { go, watch, style }) {
     cross.setAttribute("x1", x);
     cross.setAttribute("x2", x);
     const said = marksAt(walk.run, row).map((mark) => `${SYMBOLS[mark.kind]} ${clip(mark.text)}`);
-    if (lane) said.unshift(`${clip(view.signals[lane[0]].name, 60)} = ${clip(wordValue(valueAt(walk.run, lane[0], row), view.signals[lane[0]]))}`);
+    const signal = lane && view.signals[lane[0]];
+    if (lane) said.unshift(`${clip(signal.name, 60)} = ${clip(wordValue(valueAt(walk.run, lane[0], row), signal))}`);
     readout.textContent = `${wordRow(walk.run, row)}${said.length ? `: ${said.join("; ")}` : ""}`;
     grid.classList.add("pointed");
     show();
@@ -324,7 +352,8 @@ function drawBoxes(lane, stretches, top, style) {
     texts.push(draw("text", { x: tenths((begin + end) / 2), y: top + 16.5, "text-anchor": "middle", text }));
   }
   for (const [name, d] of paths) {
-    const path = draw("path", { d, class: name === null ? "dense" : "box", "data-value": name === null ? null : clip(name) });
+    const path = draw("path", { d, class: name === null ? "dense" : "box" });
+    if (name !== null) path.dataset.value = clip(name);
     if (name !== null) style(path, name);
     lane.append(path);
   }
@@ -348,7 +377,8 @@ function drawLine(lane, signal, stretches, top) {
   for (const { begin, end, value, low } of stretches) {
     const text = String(value);
     if (value !== null && text.length * LETTER < end - begin - 6) {
-      lane.append(draw("text", { class: "number", x: tenths((begin + end) / 2), y: low > 0.5 ? top + 22 : top + 10, "text-anchor": "middle", text }));
+      const at = { x: tenths((begin + end) / 2), y: low > 0.5 ? top + 22 : top + 10, "text-anchor": "middle" };
+      lane.append(draw("text", { class: "number", ...at, text }));
     }
   }
 }

@@ -9,7 +9,8 @@ const [run] = view.runs;
 
 test("a document is read, and what is none is refused in words", () => {
   assert.equal(model.readDocument(JSON.stringify(view)).title, "t");
-  for (const [text, words] of [["{", /no readable document/], ["null", /format llfsm-view/], ["[]", /format llfsm-view/],
+  for (const [text, words] of [
+    ["{", /no readable document/], ["null", /format llfsm-view/], ["[]", /format llfsm-view/],
     ['{"format":"llfsm-view","version":9}', /version 9; this page reads version 1/]]) {
     assert.throws(() => model.readDocument(text), { message: words });
   }
@@ -94,7 +95,10 @@ test("long texts and numbers are cut and grouped", () => {
 
 test("updates are added, and the oldest rows are forgotten, without a change of what is left", () => {
   const next = chance(3);
-  const live = { rows: { step: [0], cycle: [0], time_ms: [0], turn: [-1] }, changes: [{ at: [0], values: [0] }], fired: [], marks: [], window: { first: 0, total: null } };
+  const live = {
+    rows: { step: [0], cycle: [0], time_ms: [0], turn: [-1] }, changes: [{ at: [0], values: [0] }], fired: [],
+    marks: [], window: { first: 0, total: null },
+  };
   const table = [0];
   let dropped = 0;
   for (let sent = 1; sent < 900;) {
@@ -108,7 +112,8 @@ test("updates are added, and the oldest rows are forgotten, without a change of 
     }
     const fired = rows.filter((row) => row % 7 === 0).map((row) => [row, 0, row % 3]);
     const marks = rows.filter((row) => row % 50 === 0).map((row) => ({ row, kind: "event", text: String(row) }));
-    dropped += model.appendUpdate(live, { rows: { step: rows, cycle: rows, time_ms: rows, turn: rows.map(() => 0) }, changes: [change], fired, marks }, 100);
+    const columns = { step: rows, cycle: rows, time_ms: rows, turn: rows.map(() => 0) };
+    dropped += model.appendUpdate(live, { rows: columns, changes: [change], fired, marks }, 100);
     sent += rows.length;
     assert.ok(model.rowCount(live) <= 100);
     assert.equal(live.window.first, dropped);
@@ -117,7 +122,8 @@ test("updates are added, and the oldest rows are forgotten, without a change of 
       assert.equal(step, row + dropped);
       assert.equal(model.valueAt(live, 0, row), table[step]);
       assert.deepEqual(model.firedAt(live, row), step % 7 || step === 0 ? [] : [[0, step % 3]]);
-      assert.deepEqual(model.marksAt(live, row).map((mark) => mark.text), step % 50 || step === 0 ? [] : [String(step)]);
+      const texts = model.marksAt(live, row).map((mark) => mark.text);
+      assert.deepEqual(texts, step % 50 || step === 0 ? [] : [String(step)]);
     });
   }
   assert.ok(dropped > 700);

@@ -2,10 +2,13 @@
 
 export function sample(loop = 1) {
   const states = ["RED", "GREEN", "AMBER"].map((name) => ({ name, node: null, place: null }));
-  const transitions = [0, 1, 2].map((source) => ({ source, target: (source + 1) % 3, when: `t${source}`, edge: null, place: null }));
+  const transitions = [0, 1, 2].map((source) => (
+    { source, target: (source + 1) % 3, when: `t${source}`, edge: null, place: null }));
   const run = {
     name: "r", kind: "violation", title: "r", loop, ending: null, window: null,
-    rows: { step: [0, 1, 2, 3, 4, 5], cycle: [0, 1, 1, 2, 2, 4], time_ms: [0, 10, 10, 20, 20, 40], turn: [-1, 0, 0, 0, 0, 0] },
+    rows: {
+      step: [0, 1, 2, 3, 4, 5], cycle: [0, 1, 1, 2, 2, 4], time_ms: [0, 10, 10, 20, 20, 40], turn: [-1, 0, 0, 0, 0, 0],
+    },
     changes: [
       { at: [0, 2, 3, 5], values: ["RED", "GREEN", "AMBER", "RED"] },
       { at: [0, 4], values: [0, 7] },
@@ -13,10 +16,14 @@ export function sample(loop = 1) {
     ],
     fired: [[2, 0, 0], [3, 0, 1], [5, 0, 2]],
     ran: { sets: [[], [[0, 1, 1, 1, 4]]], rows: [0, 1, 0, 1, 0, 0] },
-    marks: [{ row: 5, kind: "violation", text: "bad" }, { row: 1, kind: "cause", text: "x", signals: [2] }, { row: 3, kind: "event", text: "came" }],
+    marks: [
+      { row: 5, kind: "violation", text: "bad" }, { row: 1, kind: "cause", text: "x", signals: [2] },
+      { row: 3, kind: "event", text: "came" },
+    ],
   };
   return {
-    format: "llfsm-view", version: 1, source: "check", title: "t", arrangement: { name: "a", cycle_ms: 10, processes: [] }, files: [],
+    format: "llfsm-view", version: 1, source: "check", title: "t", files: [],
+    arrangement: { name: "a", cycle_ms: 10, processes: [] },
     machines: [{ name: "light", kind: "Light", signal: 0, states, transitions, svg: null }],
     signals: [
       { name: "light", kind: "state", group: "states", draw: "boxes" },
