@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
 from llfsm_verify import Diagnostic, DiagnosticError, Whiteboard, load
 from llfsm_verify.extensions.view.codes import OTHER
-from llfsm_verify.extensions.view.frames import Drawn
+from llfsm_verify.extensions.view.frames import Drawn, exact
 from llfsm_verify.plug import Arrangement, BoardSlot
 
 UNKNOWN = "this run does not say which arrangement it is of, so machines are not drawn: name it with --arrangement"
@@ -119,8 +120,18 @@ def _drawn(arrangement: Arrangement) -> list[dict[str, Any]]:
 
 
 def _signal(slot: BoardSlot) -> dict[str, Any]:
-    draw = "levels" if slot.boolean else "boxes" if slot.labels else "curve"
-    return {"name": slot.name, "kind": slot.kind, "group": slot.kind, "draw": draw}
+    group = {"state": "states", "input": "inputs", "verdict": "verdicts"}.get(slot.kind, slot.kind)
+    if slot.kind == "machine":
+        group = slot.name.partition(".")[0]
+    found = {"name": slot.name, "kind": slot.kind, "group": group}
+    if slot.labels:
+        return found | {"draw": "boxes", "labels": list(dict.fromkeys(slot.labels))}
+    if slot.boolean:
+        return found | {"draw": "levels"}
+    low, high = (
+        exact(Decimal(bound).scaleb(-slot.digits) if slot.digits else bound) for bound in (slot.low, slot.high)
+    )
+    return found | {"draw": "curve", "low": low, "high": high}
 
 
 def _checked(board: Whiteboard, path: str) -> Arrangement:

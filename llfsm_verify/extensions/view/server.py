@@ -29,6 +29,8 @@ from llfsm_verify.extensions.view.page import page_html
 
 HOST = "127.0.0.1"
 NAMES = (HOST, "localhost")
+THREADS = "llfsm-view"
+"""The name of threads."""
 MOST = 32
 """Connections at once; a browser has at most six to one server."""
 LONGEST = 1 << 15
@@ -101,7 +103,7 @@ def serve(
         reason = os.strerror(number) if number else "there is no such port"
         message = f"it cannot listen on {HOST}:{port}: {reason}"
         raise DiagnosticError(Diagnostic(DEAF, message, hint="name another port, or 0 for a free one")) from None
-    thread = threading.Thread(target=server.serve_forever, args=(0.1,), name="llfsm-view", daemon=True)
+    thread = threading.Thread(target=server.serve_forever, args=(0.1,), name=THREADS, daemon=True)
     with _until_told() if ended is None else nullcontext(ended.wait) as wait:
         thread.start()
         try:
@@ -169,7 +171,7 @@ class Server(ThreadingHTTPServer):
     def process_request(self, request: socket.socket | tuple[bytes, socket.socket], client_address: object) -> None:
         """Answer on a thread of its own; one connection too many is told so."""
         assert isinstance(request, socket.socket)
-        thread = threading.Thread(target=self._converse, args=(request, client_address), daemon=True)
+        thread = threading.Thread(target=self._converse, args=(request, client_address), name=THREADS, daemon=True)
         with self._lock:
             full = len(self._open) >= MOST
             if not full:

@@ -121,7 +121,7 @@ def served(serve: Callable[[Callable[[str], None], threading.Event], None]) -> I
         finally:
             ready.set()
 
-    before = set(threading.enumerate())
+    before = ours()
     thread = threading.Thread(target=run)
     thread.start()
     try:
@@ -132,7 +132,12 @@ def served(serve: Callable[[Callable[[str], None], threading.Event], None]) -> I
         ended.set()
         thread.join(SECONDS)
         assert not thread.is_alive()
-    wait_until(lambda: set(threading.enumerate()) <= before)
+    wait_until(lambda: ours() <= before)
+
+
+def ours() -> set[threading.Thread]:
+    """The threads of servers of pages."""
+    return {thread for thread in threading.enumerate() if thread.name.startswith("llfsm-view")}
 
 
 def wait_until(holds: Callable[[], object], seconds: float = SECONDS) -> None:

@@ -16,6 +16,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import pytest
 
 import llfsm_verify as lv
@@ -213,7 +214,7 @@ def test_transitions_that_fired_are_told_by_the_run(counter):
         value, state = before["count.n"], before["count"]
         expected[number] = (0 if value == 8 else 1 if value % 2 else 2) if state == "UP" else (3 if value >= 5 else 4)
     assert fired == expected
-    assert {0, 1, 2, 3} == set(fired.values())
+    assert {1, 2} <= set(fired.values()) <= {0, 1, 2, 3}
 
 
 @pytest.mark.slow
@@ -376,3 +377,19 @@ def test_servers_that_tell_less_are_viewed_too(counter, monkeypatch):
             page = Page(address)
             page.wait(lambda: len(page.rows()) > 60)
             assert {transition for _, _, transition in page.run["fired"]} == {0}
+
+
+@pytest.mark.slow
+def test_documents_and_updates_are_of_the_schema(counter):
+    """The schema is published: a validator that is not ours has no objection."""
+    schema = json.loads((Path(live.__file__).with_name("view.schema.json")).read_text())
+    update = {"$defs": schema["$defs"], "$ref": "#/$defs/update"}
+    for path, options in ((LIFT, {"simulate": True, "seed": 1, "rate": 100}), (str(counter), {})):
+        with lv.load(path).run(whiteboard="schema", **options) as run, viewed("schema") as address:
+            page = Page(address)
+            jsonschema.validate(page.document, schema)
+            page.wait(lambda page=page: len(page.updates) > 3)
+            run.stop()
+            page.wait(lambda page=page: page.ending)
+            for sent in page.updates:
+                jsonschema.validate(sent, update)

@@ -17,7 +17,7 @@ import pytest
 from llfsm_verify import DiagnosticError
 from llfsm_verify.extensions.view import server
 from llfsm_verify.extensions.view.server import Site, policy_of, serve, serve_document
-from tests.extensions.view.clients import Address, answer, served, wait_until
+from tests.extensions.view.clients import Address, answer, ours, served, wait_until
 
 PAGE = "<!doctype html><style>p { color: red }</style><p>hello</p><script>1</script>"
 
@@ -250,10 +250,10 @@ def test_a_client_that_reads_nothing_is_left(monkeypatch):
 
     site = Site(lambda: PAGE, events=counted)
     with served(lambda tell, ended: serve(site, "a test", tell, ended=ended)) as address:
-        before = threading.active_count()
+        before = len(ours())
         with address.call() as silent:
             silent.sendall(address.request("/events"))
-            wait_until(lambda: sent and threading.active_count() == before)
+            wait_until(lambda: sent and len(ours()) == before)
         assert sum(sent) < 1 << 24
         assert address.ask("/").status == 200
 
