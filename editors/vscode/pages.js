@@ -1,0 +1,69 @@
+// What does not need an editor: which program is started, which property is meant, how a page is let into a panel.
+"use strict";
+
+const path = require("node:path");
+
+const KEYS = ["machine", "states", "machines", "schedule", "processes", "whiteboard", "levels", "ports"];
+const OURS = new RegExp(`^(?:${KEYS.join("|")})[ \\t]*:`, "m");
+
+/** Whether a text is a property file, or YAML that begins one of its lines with a key of ours. */
+function isOurs(language, text) {
+  return language === "llfsm-ltl" || (language === "yaml" && OURS.test(text));
+}
+
+/** The program that the setting `llfsm.path` names; `folder`: that of the workspace, if there is one. */
+function program(setting, folder) {
+  const named = (setting || "").trim() || "llfsm";
+  return folder ? named.replaceAll("${workspaceFolder}", folder) : named;
+}
+
+/** How the language server is started. */
+function server(setting, folder) {
+  return { command: program(setting, folder), args: ["lsp"], options: { cwd: folder } };
+}
+
+/** How a trace or a recording becomes a page. */
+function viewer(setting, folder, file, page) {
+  return { command: program(setting, folder), args: ["view", "-o", page, "--", file] };
+}
+
+/** A file for the page of a trace or a recording in `folder`. */
+function pageOf(folder, file) {
+  return path.join(folder, `${path.basename(file).replace(/[^\w.-]/g, "_")}.html`);
+}
+
+const HEADER = /^[ \t]*(?:(?:assume|enforce|forbid(?:[ \t]+initially)?|automaton(?:[ \t]+never)?)[ \t]+)?([A-Za-z_][\w-]*)[ \t]*:(?!=)/;
+const FAMILY = /^[ \t]*for[ \t]+[^:]*:/;
+
+/** The name of the property at a line (the first is 0), or null. A formula without a name is called by its line. */
+function propertyAt(text, line) {
+  const lines = text.split(/\r?\n/);
+  for (let at = Math.min(line, lines.length - 1); at >= 0; at -= 1) {
+    const named = HEADER.exec(lines[at].replace(FAMILY, ""));
+    if (named) return named[1];
+    if (/^[ \t]*(#|$)/.test(lines[at]) || /^[ \t]*define[ \t]/.test(lines[at])) return null;
+    if (at === 0 || /^[ \t]*(#|$)/.test(lines[at - 1])) return `L${at + 1}`;
+  }
+  return null;
+}
+
+/** The Content-Security-Policy of a panel: the scripts of the page and its styles, and nothing from elsewhere. */
+function policy(nonce) {
+  return `default-src 'none'; script-src 'nonce-${nonce}'; style-src 'unsafe-inline'; img-src data: blob:; font-src data:`;
+}
+
+/** A page as a panel shows it: with its policy, and the nonce on each of its scripts. */
+function inPanel(html, nonce) {
+  const meta = `<meta http-equiv="Content-Security-Policy" content="${policy(nonce)}">`;
+  // A script ends at the first `</script`; what looks like a tag before that is its text.
+  const marked = html.replace(
+    /<script(?=[\s>/])([^>]*>[\s\S]*?<\/script\s*>)/gi,
+    (_, rest) => `<script nonce="${nonce}"${rest}`,
+  );
+  const before = marked.slice(0, Math.max(0, marked.search(/<script[\s>/]/i)));
+  const tag = /<head(?:\s[^>]*)?>/i.exec(before) ?? /<!doctype[^>]*>/i.exec(before);
+  const at = tag ? tag.index + tag[0].length : 0;
+  return marked.slice(0, at) + meta + marked.slice(at);
+}
+
+module.exports = { HEADER, inPanel, isOurs, pageOf, policy, program, propertyAt, server, viewer };
