@@ -39,21 +39,22 @@ async function show(file, title) {
   panel.reveal(undefined, true);
 }
 
-/** What a command is about: the arguments of a lens, or the property at the cursor. */
-function meant(given) {
+/** What a command is about: the arguments of a lens, or the property at the cursor; undefined: there is none. */
+async function meant(given) {
   const editor = vscode.window.activeTextEditor;
   if (given.length > 0 || !editor) return given;
-  const name = pages.propertyAt(editor.document.getText(), editor.selection.active.line);
-  return name === null ? null : [editor.document.uri.toString(), name];
+  const { uri } = editor.document;
+  const lenses = await vscode.commands.executeCommand("vscode.executeCodeLensProvider", uri);
+  const names = pages.namesAt(lenses, editor.selection.active.line);
+  if (names.length === 0) vscode.window.showInformationMessage("There is no property at the cursor.");
+  const name = names.length > 1 ? await vscode.window.showQuickPick(names) : names[0];
+  return name && [uri.toString(), name];
 }
 
 async function execute(command, given, next) {
   if (command !== "llfsm.check" && command !== "llfsm.show") return next(command, given);
-  const about = meant(given);
-  if (about === null) {
-    vscode.window.showInformationMessage("There is no property at the cursor.");
-    return undefined;
-  }
+  const about = await meant(given);
+  if (!about) return undefined;
   const answer = await next(command, about);
   if (command === "llfsm.show" && answer?.path) {
     await show(answer.path, answer.stale ? `${answer.name} (before the last changes)` : answer.name);

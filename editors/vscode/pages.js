@@ -1,4 +1,4 @@
-// What does not need an editor: which program is started, which property is meant, how a page is let into a panel.
+// What does not need an editor: which program is started, which properties are meant, how a page is let into a panel.
 "use strict";
 
 const path = require("node:path");
@@ -32,19 +32,11 @@ function pageOf(folder, file) {
   return path.join(folder, `${path.basename(file).replace(/[^\w.-]/g, "_")}.html`);
 }
 
-const HEADER = /^[ \t]*(?:(?:assume|enforce|forbid(?:[ \t]+initially)?|automaton(?:[ \t]+never)?)[ \t]+)?([A-Za-z_][\w-]*)[ \t]*:(?!=)/;
-const FAMILY = /^[ \t]*for[ \t]+[^:]*:/;
-
-/** The name of the property at a line (the first is 0), or null. A formula without a name is called by its line. */
-function propertyAt(text, line) {
-  const lines = text.split(/\r?\n/);
-  for (let at = Math.min(line, lines.length - 1); at >= 0; at -= 1) {
-    const named = HEADER.exec(lines[at].replace(FAMILY, ""));
-    if (named) return named[1];
-    if (/^[ \t]*(#|$)/.test(lines[at]) || /^[ \t]*define[ \t]/.test(lines[at])) return null;
-    if (at === 0 || /^[ \t]*(#|$)/.test(lines[at - 1])) return `L${at + 1}`;
-  }
-  return null;
+/** The names of the properties at a line or above it: those of the last lenses; a family has several in one place. */
+function namesAt(lenses, line) {
+  const checks = lenses.filter((lens) => lens.command?.command === "llfsm.check" && lens.range.start.line <= line);
+  const last = Math.max(...checks.map((lens) => lens.range.start.line));
+  return [...new Set(checks.filter((lens) => lens.range.start.line === last).map((lens) => lens.command.arguments[1]))];
 }
 
 /** The Content-Security-Policy of a panel: the scripts of the page and its styles, and nothing from elsewhere. */
@@ -66,4 +58,4 @@ function inPanel(html, nonce) {
   return marked.slice(0, at) + meta + marked.slice(at);
 }
 
-module.exports = { HEADER, inPanel, isOurs, pageOf, policy, program, propertyAt, server, viewer };
+module.exports = { inPanel, isOurs, namesAt, pageOf, policy, program, server, viewer };
