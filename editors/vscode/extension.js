@@ -59,7 +59,7 @@ async function execute(command, given, next) {
   if (command === "llfsm.show" && answer?.path) {
     await show(answer.path, answer.stale ? `${answer.name} (before the last changes)` : answer.name);
   }
-  if (command === "llfsm.check" && given.length === 0 && answer?.text) {
+  if (command === "llfsm.check" && answer?.text && (given.length === 0 || answer.verdict === "unknown")) {
     vscode.window.showInformationMessage(`${about[1]}: ${answer.text}`);
   }
   return answer;
