@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import string
 from collections.abc import Iterator
 from pathlib import Path
 from random import Random
@@ -17,7 +18,7 @@ from llfsm_verify.language import atoms, scope
 from llfsm_verify.language.parser import _parser
 from llfsm_verify.logic.lines import has_header
 from llfsm_verify.logic.parsing.definitions import is_definition
-from llfsm_verify.logic.parsing.tokens import KEYWORDS, TEMPORAL_PAIRS, tokenise
+from llfsm_verify.logic.parsing.tokens import _PATTERNS, KEYWORDS, TEMPORAL_PAIRS, tokenise
 from tests import outside
 from tests.extensions.editor import textmate
 from tests.extensions.editor.textmate import LANGUAGE, LTL, SYNTAXES, YAML
@@ -25,7 +26,7 @@ from tests.quick import examples
 
 pytestmark = [outside.needs("node", "textmate"), pytest.mark.slow]
 
-SIGNS = "!\"#$%&'()*+,-./:;<=>?@[\\]^_`{|}~↔→□◇¬∧∨⊕"
+SIGNS = string.punctuation + "".join(sorted({c for c in "".join(_PATTERNS.values()) if not c.isascii()}))
 TEMPORAL = {"G", "F", "X", "Y", "Z", "O", "H", "INITIALLY", *TEMPORAL_PAIRS}
 KINDS = {
     "keyword.operator.logical": {"IFF", "IMPLIES", "NOT", "AND", "OR", "XOR"},
