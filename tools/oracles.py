@@ -1,9 +1,9 @@
 """Other people's programs that our tests compare us with: where they are, and how they get there (`make oracles`).
 
-SPIN, Mosquitto (a broker of MQTT), ROS 1, Fast DDS (what ROS 2 speaks), and the compilers and emulators for
-generated C come from Debian. NuSMV 2.5.4 is built from the source distribution of pynusmv on PyPI, in a folder outside
-the project, so that every checkout on a machine finds it. The others are Python packages of the extras `draw` and
-`test`.
+SPIN, Mosquitto (a broker of MQTT), ROS 1, Fast DDS (what ROS 2 speaks), the compilers and emulators for generated C, a
+browser and an editor come from Debian. NuSMV 2.5.4 is built from the source distribution of pynusmv on PyPI, in a
+folder outside the project, so that every checkout on a machine finds it; beside it is what npm installs. The others
+are Python packages of the extras `draw` and `test`.
 """
 
 from __future__ import annotations
@@ -44,6 +44,9 @@ PROGRAMS = {
     "qemu-riscv64": ("qemu-riscv64", "qemu-riscv64-static"),
     "cppcheck": ("cppcheck",),
     "fastdds": ("fastddsgen",),
+    "chromium": ("chromium",),
+    "chromedriver": ("chromedriver",),
+    "nvim": ("nvim",),
 }
 """Programs by the name of the oracle, the preferred one first."""
 FILES = {
@@ -90,8 +93,16 @@ FROM_DEBIAN = {
     "qemu-riscv64": ("qemu-user",),
     "cppcheck": ("cppcheck",),
     "fastdds": ("fastddsgen", "libfastrtps-dev"),
+    "chromium": ("chromium", "fonts-dejavu-core"),
+    "chromedriver": ("chromium-driver",),
+    "nvim": ("neovim",),
 }
 """The packages of Debian that bring an oracle."""
+FROM_NPM = {
+    "eslint": ("eslint/bin/eslint.js", "eslint@9.39.1", "@eslint/js@9.39.1"),
+    "textmate": ("vscode-textmate/release/main.js", "vscode-textmate@9.3.2", "vscode-oniguruma@2.0.1"),
+}
+"""What of an oracle has to be there, below `node_modules`, and the packages of npm that bring it."""
 MODULES = {
     "automata-lib": "automata",
     "cobs": "cobs",
@@ -105,12 +116,16 @@ MODULES = {
     "pandas": "pandas",
     "pyformlang": "pyformlang",
     "pygraphviz": "pygraphviz",
+    "pytest-lsp": "pytest_lsp",
+    "selenium": "selenium",
 }
 """Modules by the name of the package that brings them."""
 EXTRAS = {"mypy": "check", "mkdocs-material": "docs", "mkdocstrings": "docs", "pandas": "pandas"}
 """The extras of `pyproject.toml` that bring a module, where it is not `draw` or `test`: nothing else needs these."""
+OF_OTHERS = ("cyclonedds", "pytest-lsp", "selenium")
+"""Modules that are not of the group `core`."""
 GROUPS: dict[str, tuple[str, ...]] = {
-    "core": ("spin", "gcc", "make", "nusmv", *(name for name in MODULES if name != "cyclonedds")),
+    "core": ("spin", "gcc", "make", "nusmv", *(n for n in MODULES if n not in OF_OTHERS)),
     "targets": (
         "g++",
         "clang",
@@ -128,7 +143,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "cppcheck",
     ),
     "robots": ("mosquitto", "rospy", "fastdds", "cyclonedds"),
-    "view": (),
+    "view": ("chromium", "chromedriver", "nvim", *FROM_NPM, "pytest-lsp", "selenium"),
     "knowledge": (),
 }
 """Oracles that are got together, with one call of apt-get: those of each part of the package."""
@@ -161,6 +176,9 @@ def find(name: str) -> str | None:
     if name in MODULES:
         found = importlib.util.find_spec(MODULES[name])
         return None if found is None else str(found.origin)
+    if name in FROM_NPM:
+        file = folder() / name / "node_modules" / FROM_NPM[name][0]
+        return str(file) if file.is_file() and find("node") is not None else None
     if name in FILES and not any(Path("/").glob(FILES[name])):
         return None
     places = f"{os.environ.get('PATH', os.defpath)}{os.pathsep}{SERVERS}"
@@ -184,6 +202,8 @@ def provide(group: str) -> dict[str, str]:
     wanted = [package for name in missing for package in FROM_DEBIAN.get(name, ())]
     if "nusmv" in missing:
         wanted += [package for program, package in TOOLCHAIN.items() if shutil.which(program) is None]
+    if any(name in FROM_NPM for name in missing) and shutil.which("npm") is None:
+        wanted += ["nodejs", "npm"]
     if wanted:
         try:
             _install(list(dict.fromkeys(wanted)))
@@ -195,6 +215,11 @@ def provide(group: str) -> dict[str, str]:
         except Missing as reason:
             problems["nusmv"] = str(reason)
     for name in missing:
+        if name in FROM_NPM:
+            try:
+                _install_from_npm(name)
+            except Missing as reason:
+                problems[name] = str(reason)
         if name in MODULES:
             extra = EXTRAS.get(name, "draw,test")
             problems[name] = f"not installed; `python -m pip install -e '.[{extra}]'` does that"
@@ -215,6 +240,23 @@ def _install(packages: Sequence[str]) -> None:
         if command is install and done.returncode == 0:
             return
     raise Missing(f"{' '.join(install)} failed: {_last(done.stdout + done.stderr)}")
+
+
+def _install_from_npm(name: str) -> None:
+    _, *packages = FROM_NPM[name]
+    if shutil.which("npm") is None:
+        raise Missing(f"there is no npm here, which installs {' '.join(packages)}")
+    print(f"installing {', '.join(packages)} …", flush=True)
+    place = folder() / name
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+        (place / "package.json").write_text("{}\n")  # else npm looks for one in the folders above
+    except OSError as error:
+        raise Missing(f"{place} cannot be written: {error.strerror}") from error
+    command = ["npm", "install", "--no-audit", "--no-fund", "--ignore-scripts", "--prefix", str(place), *packages]
+    done = subprocess.run(command, cwd=place, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise Missing(f"npm install {' '.join(packages)} failed: {_last(done.stdout + done.stderr)}")
 
 
 def _last(output: str) -> str:

@@ -58,7 +58,7 @@ def inner(pytester, monkeypatch, tmp_path):
             monkeypatch.delenv(outside.VARIABLE, raising=False)
         else:
             monkeypatch.setenv(outside.VARIABLE, required)
-        return pytester.runpytest_inprocess("-rs", "-p", "no:cacheprovider")
+        return pytester.runpytest_inprocess("-rs", "-p", "no:cacheprovider", "-p", "no:asyncio")
 
     return run
 
@@ -201,8 +201,8 @@ def test_a_group_is_got_by_one_call_of_apt_get(bare, monkeypatch, capsys):
 
 
 def test_a_group_without_oracles_says_so_and_an_unknown_one_lists_all(capsys):
-    oracles.main(["--group", "view"])
-    assert capsys.readouterr().out == "view: no oracle is in this group yet\n\n"
+    oracles.main(["--group", "knowledge"])
+    assert capsys.readouterr().out == "knowledge: no oracle is in this group yet\n\n"
     with pytest.raises(SystemExit, match="2"):
         oracles.main(["--group", "robot"])
     said = capsys.readouterr().err
@@ -210,8 +210,23 @@ def test_a_group_without_oracles_says_so_and_an_unknown_one_lists_all(capsys):
 
 
 def test_every_oracle_is_in_one_group():
-    assert sorted(oracles.NAMES) == sorted({*oracles.PROGRAMS, *oracles.OF_SYSTEM, *oracles.MODULES})
+    assert sorted(oracles.NAMES) == sorted({*oracles.PROGRAMS, *oracles.OF_SYSTEM, *oracles.MODULES, *oracles.FROM_NPM})
     assert list(oracles.GROUPS) == ["core", "targets", "robots", "view", "knowledge"]
+
+
+def test_npm_installs_into_a_folder_of_ours_and_its_last_word_is_the_reason(bare):
+    programs, built = bare
+    assert "there is no npm here" in oracles.provide("view")["eslint"]
+    program(programs, "node")
+    program(programs, "npm", "echo 'npm error 404 Not Found' >&2; exit 1")
+    assert oracles.provide("view")["eslint"].endswith("failed: npm error 404 Not Found")
+    program(
+        programs,
+        "npm",
+        'PATH=/bin:/usr/bin; mkdir -p "$6/node_modules/eslint/bin" && : > "$6/node_modules/eslint/bin/eslint.js"',
+    )
+    assert "eslint" not in oracles.provide("view")
+    assert oracles.find("eslint") == str(built / "eslint/node_modules/eslint/bin/eslint.js")
 
 
 @pytest.mark.slow
