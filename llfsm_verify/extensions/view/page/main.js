@@ -96,7 +96,7 @@ export function start(page) {
     walk.load(run);
     by("runs").value = chosen;
     by("run-title").textContent = clip(run.name || "Run");
-    const many = run.window ? `; rows ${spell(run.window.first)} to ${spell(run.window.first + rowCount(run) - 1)}` +
+    const many = run.window && run.kind !== "live" ? `; rows ${spell(run.window.first)} to ${spell(run.window.first + rowCount(run) - 1)}` +
       `${run.window.total === null ? "" : ` of ${spell(run.window.total)}`}` : "";
     const ending = run.ending ? `; ${clip(run.ending, 400)}` : "";
     const loops = typeof run.loop === "number" ? `; after row ${spell(run.loop)} it repeats forever` : "";
