@@ -194,6 +194,7 @@ from llfsm_verify.report.entry import ReportEntry
 from llfsm_verify.report.formats import REPORTS, Style, Written
 from llfsm_verify.report.lint import explain as lint_diagnostic
 from llfsm_verify.report.plain import PIPE_WIDTH, plain_text
+from llfsm_verify.report.running import ENDINGS as ENDING_WORDS
 from llfsm_verify.report.saving import trace_documents, update_trace_file
 from llfsm_verify.report.schema import SCHEMAS
 from llfsm_verify.report.text import result_text, trace_text
@@ -223,9 +224,11 @@ from llfsm_verify.runtime.deciding.logs.check import LogReading
 from llfsm_verify.runtime.deciding.logs.formats import LOGS, NoColumn, Row, Unreadable, Wanted, cell_text, cells_of
 from llfsm_verify.runtime.deciding.logs.oracles import ORACLES, Oracle
 from llfsm_verify.runtime.live.frame import COUNTED as FRAME_COUNTS
+from llfsm_verify.runtime.live.frame import ENDINGS as FRAME_ENDINGS
 from llfsm_verify.runtime.live.frame import HEADER as FRAME_HEADER
 from llfsm_verify.runtime.live.frame import FrameLayout
 from llfsm_verify.runtime.live.plan import runnable, safe_values, starting_values
+from llfsm_verify.runtime.live.slots import Slot as BoardSlot
 from llfsm_verify.runtime.live.slots import inputs_of, program_slots
 from llfsm_verify.runtime.live.text import largest_entry
 from llfsm_verify.runtime.ports import UNKNOWN as WRONG_PORT
@@ -243,6 +246,8 @@ from llfsm_verify.runtime.recording.origin import header_of
 from llfsm_verify.runtime.recording.timeline import Row as TimelineRow
 from llfsm_verify.runtime.recording.timeline import Signal, Timeline, take
 from llfsm_verify.runtime.stepping.drawing import free_inputs
+from llfsm_verify.runtime.whiteboard.places import NoPlace
+from llfsm_verify.runtime.whiteboard.places import names as whiteboard_names
 from llfsm_verify.semantics.bits import common_bits
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.operators import OPERATOR
@@ -273,6 +278,7 @@ __all__ = [
     "COUNT",
     "DEFAULT_ENGINE",
     "DRAWINGS",
+    "ENDING_WORDS",
     "ENGINES",
     "FALSE",
     "FALSE_FORMULA",
@@ -280,6 +286,7 @@ __all__ = [
     "FILE",
     "FLAG",
     "FRAME_COUNTS",
+    "FRAME_ENDINGS",
     "FRAME_HEADER",
     "FRONT_ENDS",
     "HOA_ACCEPTANCE",
@@ -344,6 +351,7 @@ __all__ = [
     "AutomatonTooLarge",
     "BitField",
     "Block",
+    "BoardSlot",
     "ByName",
     "Choice",
     "CommandEntry",
@@ -416,6 +424,7 @@ __all__ = [
     "NewMachine",
     "NewState",
     "NoColumn",
+    "NoPlace",
     "Node",
     "OnBoard",
     "Op",
@@ -631,6 +640,7 @@ __all__ = [
     "verdict_text",
     "verify",
     "ways",
+    "whiteboard_names",
     "whole_number",
     "with_branches",
     "with_legend",

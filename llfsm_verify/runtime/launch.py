@@ -124,7 +124,7 @@ def launched(
         shared = left.enter_context(closing(Shared(name or "run", ready.loop, served=name is not None)))
         server, permissions = None, Permissions.of(arrangement)
         if name is not None:
-            server = Server(name, shared, permissions, refused=refused, fed=settings.fed, audit=audit)
+            server = Server(name, shared, permissions, refused=refused, fed=settings.fed, audit=audit, of=arrangement)
             left.enter_context(closing(server))
         if not swaps or not (arrangement.replaceable or arrangement.policy_users):
             yield Launched(left.enter_context(settings.running(arrangement, shared)), shared, server, permissions)

@@ -103,7 +103,13 @@ def test_clients_of_its_whiteboard_change_it_too(counter: Path) -> None:
             board.policy(counter / "shared.yaml")
         assert socket_path("counter").stat().st_mode & 0o777 == 0o666, "the new policy names another user"
         with lv.Whiteboard("counter") as board:
+            begun = board.told
+            assert (begun["arrangement"], begun["cycle_ms"]) == (str(counter / "a.yaml"), "1")
+            assert (begun["digest"], begun["replaced"]) == (lv.load(counter / "a.yaml").wrapped.digest, [])
             frame = board.replace("count", counter / "down.yaml", unchecked=True).frame
+        with lv.Whiteboard("counter") as board:
+            assert (board.told["digest"], board.told["replaced"]) == (begun["digest"], ["count"])
+            assert board.frame(frame) is not None and board.frame(board.latest + 1000) is None
         assert run.values()["count"] == "DOWN" and frame > 1
         assert repr(run) == "<LiveRun: it runs>"
         with (

@@ -105,7 +105,7 @@ class Server(LanguageServer):
         if file is not None and self.state.opened.pop(file, None) is not None:
             self.numbers[file] = self.numbers.get(file, 0) + 1
             self.late.pop(file, None)
-            self.publish({file, *self.state.forget_closed()})
+            self.publish(sorted({file, *self.state.forget_closed()}))
 
     async def _read(self, file: str, number: int) -> None:
         await asyncio.sleep(self.seconds.delay)
@@ -153,7 +153,7 @@ class Server(LanguageServer):
             files |= self.state.put(findings)
         if not (len(found) == 1 and found[0].root == file and found[0].sorts.get(file) != "arrangement"):
             self.state.owners[file] = tuple((f.root, f.properties) for f in found)
-        self.publish(files)
+        self.publish(sorted(files, key=lambda each: (each == file, each)))  # the one that was changed comes last
         for other in files & self.state.opened.keys() - {file}:
             known = {root for root, _ in self.state.owners.get(other, ())}
             if not roots <= known and other in self.state.found:
@@ -162,8 +162,8 @@ class Server(LanguageServer):
         self.refresh_lenses()
 
     def publish(self, files: Iterable[str]) -> None:
-        """Tell the editor all that is said of some files."""
-        for file in sorted(files):
+        """Tell the editor all that is said of some files, in this order."""
+        for file in files:
             findings = next(self.state.reads(file), None)
             lines, opened = self.lines(file, findings), self.state.opened.get(file)
             said = self.state.said(file) + ([self.late[file]] if file in self.late else [])

@@ -24,6 +24,7 @@ from llfsm_verify.arrangement.replacing import Change, NewPolicy, with_change
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import Closing
+from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.run import Running, RunReport
 from llfsm_verify.runtime.live.slots import slots_of
@@ -169,6 +170,11 @@ class SwappableRun(Closing):
     def patience(self) -> float:
         """After so many seconds `serve` should be called in any case."""
         return LATER if self._asked is None else self._asked.patience
+
+    @property
+    def replaced(self) -> list[Json]:
+        """The machines of which others have taken the places."""
+        return [loaded.machine for loaded in self._loaded if loaded.machine is not None]
 
     def tell(self, *followers: Follow) -> None:
         """Tell these of each run that goes on with it."""

@@ -132,6 +132,8 @@ class Whiteboard(Closing):
         """How many times in a row these were posted."""
         self._connection, self._received = connection or called(name, SECONDS), b""
         self._connection.settimeout(SECONDS)
+        self.told: Mapping[str, Json] = {}
+        """What its server says of the run: its slots, and where its arrangement is from, if it is a newer one."""
         try:
             self._slots, self._attached = self._greeted()
         except BaseException:
@@ -147,7 +149,7 @@ class Whiteboard(Closing):
             if len(descriptors) != 1:
                 raise WhiteboardError(f"`{self.name}` is not a whiteboard")
             slots = {s["name"]: Slot(**{**s, "labels": tuple(s["labels"])}) for s in told["slots"]}
-            attached = Attached(descriptors[0])
+            attached, self.told = Attached(descriptors[0]), told
             if any(slot.word >= attached.words for slot in slots.values()):
                 raise NoSegment("its slots are not in its frames")
         except (ValueError, TypeError, KeyError, NoSegment) as error:
@@ -185,6 +187,10 @@ class Whiteboard(Closing):
     def latest(self) -> int:
         """The number of the newest frame; 0: there is none yet."""
         return self._attached.latest
+
+    def frame(self, number: int) -> list[int] | None:
+        """The frame of this number; None: there is none yet, or it has been overwritten."""
+        return self._attached.frame(number)
 
     def fileno(self) -> int:
         """A descriptor that is readable when the server is gone, for `select`."""

@@ -31,6 +31,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from hashlib import sha256
+from pathlib import Path
 from typing import Protocol
 
 from llfsm_verify.arrangement.granting import policy_digest
@@ -93,6 +94,10 @@ class Changing(Protocol):
     def arrangement(self) -> Arrangement:
         """As it runs now."""
 
+    @property
+    def replaced(self) -> list[Json]:
+        """The machines of which others have taken the places."""
+
     def admit(self, change: Change) -> object:
         """Refused: it could not even be tried."""
 
@@ -110,8 +115,8 @@ class Server:
     """Serves a whiteboard of this name for the frames of a loop, whenever `serve` is called.
 
     `refused` is told of each request that is not granted, and `audit` of these and of all that changes something, as
-    far as it can be; `fed`: inputs that something else writes. NameTaken: the name is
-    in use. NoPlace: see `places`.
+    far as it can be; `fed`: inputs that something else writes; `of`: what runs at first. NameTaken: the name is in use.
+    NoPlace: see `places`.
     """
 
     def __init__(
@@ -123,8 +128,10 @@ class Server:
         refused: Callable[[str], None] = lambda _: None,
         fed: frozenset[str] = frozenset(),
         audit: AuditLog | None = None,
+        of: Arrangement | None = None,
     ) -> None:
         self._path = socket_path(name, own=True)
+        self._of = of
         self._shared = shared
         self._permissions = permissions
         self._say = refused
@@ -150,11 +157,17 @@ class Server:
         """Given up to tell who calls that no descriptor is left."""
 
     def _greet(self) -> bytes:
-        slots: list[Json] = [{**asdict(slot), "labels": list(slot.labels)} for slot in slots_of(self._shared.loop.code)]
+        code, of, changing = self._shared.loop.code, self._of, self._changing
+        machines = [code.program.machines[slot.machine].name for slot in code.program.slots]
         told: dict[str, Json] = {
             "whiteboard": self._name, "version": VERSION, "epoch": self._shared.segment.epoch, "pid": os.getpid(),
-            "slots": slots,
+            "slots": [{**asdict(slot), "labels": list(slot.labels)} for slot in slots_of(code)],
+            "fired": {name: word for word, name in enumerate(machines, code.frames.fired)},
+            "replaced": [] if changing is None else changing.replaced,
         }  # fmt: skip
+        if of is not None:
+            path = str(Path(of.path).resolve())
+            told |= {"arrangement": path, "digest": of.digest, "cycle_ms": str(of.cycle_ms)}
         return _line(told)
 
     def _refused(self, client: Client, why: str, request: str = "") -> None:

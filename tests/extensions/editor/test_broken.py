@@ -14,6 +14,8 @@ from lsprotocol import types
 from tests.extensions.editor.broken import broken, said_on_disk
 from tests.extensions.editor.editors import Editor, edit
 
+EVERY = 14
+"""Texts of a folder that a test types; with 100,000 it is all of them."""
 MODELS = Path(__file__).resolve().parents[3] / "models"
 
 
@@ -88,7 +90,6 @@ def test_a_file_that_is_broken_at_some_lines(tmp_path: Path, monkeypatch: pytest
 @pytest.mark.long
 @pytest.mark.parametrize("folder", sorted(each.name for each in MODELS.iterdir() if each.is_dir()))
 def test_each_file_that_is_broken_at_every_line(folder: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of each file a sample; `EVERY` texts of a folder are all of them where it is large."""
     root = copied(tmp_path, folder)
     monkeypatch.chdir(root)
     draw = random.Random(folder)
@@ -101,6 +102,3 @@ def test_each_file_that_is_broken_at_every_line(folder: str, tmp_path: Path, mon
             await compare(editor, root, name, [text for of, text in chosen if of == name], draw)
 
     edit(root, story)
-
-
-EVERY = 20
