@@ -18,16 +18,20 @@ from llfsm_verify.arrangement.draft import (
     VariableDraft,
     WhiteboardDraft,
 )
+from llfsm_verify.arrangement.draft import Unreadable as UnreadablePart
 from llfsm_verify.arrangement.files import read_named, read_source
-from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS
+from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS, read_arrangement
 from llfsm_verify.arrangement.formats import Given as GivenArrangement
 from llfsm_verify.arrangement.formats.data import draft_data
 from llfsm_verify.arrangement.formats.reading import MACHINES, Reading, opened
 from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, NewState, Uneditable, Writer
+from llfsm_verify.arrangement.kinds import kind_of
+from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.plants import PLANTS, Plant, UsedPlant
 from llfsm_verify.arrangement.plants import Site as PlantSite
 from llfsm_verify.arrangement.requests import Request
+from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.automaton import Edge as AutomatonEdge
 from llfsm_verify.automata.boolean import Guards
@@ -42,6 +46,7 @@ from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.backends.native.layout import BitField, Layout
 from llfsm_verify.backends.reference import Interpreter, evaluate
 from llfsm_verify.checking.claims import add_premises, claim_of
+from llfsm_verify.checking.doubts import doubts
 from llfsm_verify.checking.engine import Answer, Given, Holds, Session, Unknown, Violated
 from llfsm_verify.checking.engine_option import (
     COUNT,
@@ -54,15 +59,18 @@ from llfsm_verify.checking.engine_option import (
     EngineOptions,
 )
 from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of, mask
+from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Letter, Schedule
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Exploration, FaultFinding, FaultResult, Options, PropertyResult, Result
 from llfsm_verify.cli.commands import COMMANDS
+from llfsm_verify.cli.commands.check.run import find_owners, is_arrangement, properties_beside
 from llfsm_verify.cli.io.output import Output
 from llfsm_verify.cli.parser import CommandEntry, UsageError
 from llfsm_verify.cli.parser import Parser as CommandParser
 from llfsm_verify.diagnostics import Fragment, Source, Span, counted
+from llfsm_verify.files import UNSAVED
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
 from llfsm_verify.kripke.export.rows import (
@@ -79,7 +87,7 @@ from llfsm_verify.kripke.export.rows import (
 from llfsm_verify.kripke.export.specification import Specification
 from llfsm_verify.kripke.observing import observed_outputs
 from llfsm_verify.kripke.steps import Step
-from llfsm_verify.language.scope import did_you_mean
+from llfsm_verify.language.scope import CALLS, did_you_mean
 from llfsm_verify.language.types import decimal_text
 from llfsm_verify.limits import LimitReached, Limits, reached, tick
 from llfsm_verify.logic.bounds import IN_STEPS, MAX_STEPS, MAX_TICKS, repeat, step_bound
@@ -188,6 +196,7 @@ from llfsm_verify.report.lint import explain as lint_diagnostic
 from llfsm_verify.report.plain import PIPE_WIDTH, plain_text
 from llfsm_verify.report.running import ENDINGS as ENDING_WORDS
 from llfsm_verify.report.saving import trace_documents, update_trace_file
+from llfsm_verify.report.schema import SCHEMAS
 from llfsm_verify.report.text import result_text, trace_text
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.report.tracetable import MARK as CAUSE_MARK
@@ -218,10 +227,12 @@ from llfsm_verify.runtime.live.frame import COUNTED as FRAME_COUNTS
 from llfsm_verify.runtime.live.frame import ENDINGS as FRAME_ENDINGS
 from llfsm_verify.runtime.live.frame import HEADER as FRAME_HEADER
 from llfsm_verify.runtime.live.frame import FrameLayout
-from llfsm_verify.runtime.live.plan import safe_values, starting_values
+from llfsm_verify.runtime.live.plan import runnable, safe_values, starting_values
 from llfsm_verify.runtime.live.slots import Slot as BoardSlot
+from llfsm_verify.runtime.live.slots import inputs_of, program_slots
 from llfsm_verify.runtime.live.text import largest_entry
 from llfsm_verify.runtime.ports import UNKNOWN as WRONG_PORT
+from llfsm_verify.runtime.ports.file import read_ports
 from llfsm_verify.runtime.ports.line_port import LINES as LINE_FRAMING
 from llfsm_verify.runtime.ports.line_port import Framing, LinePort, LineReader, Malformed
 from llfsm_verify.runtime.ports.port import PORTS, Link, Port, Started, Unopened, whole_number
@@ -234,6 +245,7 @@ from llfsm_verify.runtime.recording.file import PAGE as RECORDING_PAGE
 from llfsm_verify.runtime.recording.origin import header_of
 from llfsm_verify.runtime.recording.timeline import Row as TimelineRow
 from llfsm_verify.runtime.recording.timeline import Signal, Timeline, take
+from llfsm_verify.runtime.stepping.drawing import free_inputs
 from llfsm_verify.runtime.whiteboard.places import NoPlace
 from llfsm_verify.runtime.whiteboard.places import names as whiteboard_names
 from llfsm_verify.semantics.bits import common_bits
@@ -246,6 +258,7 @@ from llfsm_verify.targets.target import Wanted as TargetWanted
 from llfsm_verify.values import Shown, Value, element_names, text, value_text
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES, EngineEntry, Turn
 from llfsm_verify.verification.replay import Replayed, replay_file
+from llfsm_verify.verification.verify import verify
 from llfsm_verify.yaml.compose import compose
 from llfsm_verify.yaml.fields import Report, is_name
 from llfsm_verify.yaml.nodes import Mapping as MappingNode
@@ -256,6 +269,7 @@ __all__ = [
     "ARRANGEMENTS",
     "AUTOMATA",
     "BOOL",
+    "CALLS",
     "CAUSE_MARK",
     "CHILD_FIELDS",
     "CLAIMED",
@@ -303,6 +317,7 @@ __all__ = [
     "RECORDING_MAGIC",
     "RECORDING_PAGE",
     "REPORTS",
+    "SCHEMAS",
     "SECONDS",
     "STRUCTURES",
     "SWITCH",
@@ -312,6 +327,7 @@ __all__ = [
     "TRUE_FORMULA",
     "TRUTHS",
     "UNREADABLE",
+    "UNSAVED",
     "WHEN",
     "WORLDS",
     "WRITERS",
@@ -477,6 +493,7 @@ __all__ = [
     "Unknown",
     "Unopened",
     "Unreadable",
+    "UnreadablePart",
     "Unregistered",
     "UsageError",
     "UsedPlant",
@@ -502,6 +519,7 @@ __all__ = [
     "atom",
     "atom_place",
     "bad_prefixes_of",
+    "bind",
     "blocks",
     "branches",
     "cell_text",
@@ -518,6 +536,7 @@ __all__ = [
     "did_you_mean",
     "disjunction",
     "distinct_nodes",
+    "doubts",
     "draft_data",
     "edges",
     "element_names",
@@ -530,26 +549,32 @@ __all__ = [
     "fault_text",
     "field_names",
     "find_accepting_lasso",
+    "find_owners",
     "find_vectors",
     "first_match",
     "fits",
     "fold",
+    "free_inputs",
     "get",
     "has_header",
     "header_of",
     "implied",
     "initial_letters",
     "initial_text",
+    "inputs_of",
     "interval",
+    "is_arrangement",
     "is_contradicted",
     "is_deterministic",
     "is_name",
     "ite",
+    "kind_of",
     "largest_entry",
     "leaves",
     "letters",
     "lines_of",
     "lint_diagnostic",
+    "load_arrangement",
     "lower",
     "mapped",
     "mark",
@@ -569,8 +594,12 @@ __all__ = [
     "portions",
     "postorder",
     "program_hash",
+    "program_slots",
+    "properties_beside",
     "reached",
+    "read_arrangement",
     "read_named",
+    "read_ports",
     "read_properties",
     "read_source",
     "rebuilt",
@@ -578,9 +607,11 @@ __all__ = [
     "refuse_delays",
     "repeat",
     "replay_file",
+    "resolve",
     "result_text",
     "resumed_text",
     "ringlet",
+    "runnable",
     "safe_values",
     "scalars",
     "sentences",
@@ -607,6 +638,7 @@ __all__ = [
     "value_text",
     "vector_ended",
     "verdict_text",
+    "verify",
     "ways",
     "whiteboard_names",
     "whole_number",

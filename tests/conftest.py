@@ -50,11 +50,13 @@ def as_at_a_terminal():
     """pytest, run by our tests, prints a failure a second time in its summary where these are set.
 
     Python, run by our tests, writes no bytecode: where a test limits the size of files, others would read parts of it.
+    pytest, run by our tests, leaves out plugins that what we compare with brings: they stumble over items of others.
     """
     with pytest.MonkeyPatch.context() as patched:
         patched.setenv("PYTHONDONTWRITEBYTECODE", "1")
-        for name in ("CI", "BUILD_NUMBER", "PYTEST_ADDOPTS"):
+        for name in ("CI", "BUILD_NUMBER"):
             patched.delenv(name, raising=False)
+        patched.setenv("PYTEST_ADDOPTS", "-p no:asyncio -p no:pytest-lsp")
         yield
 
 

@@ -100,7 +100,13 @@ FROM_DEBIAN = {
 """The packages of Debian that bring an oracle."""
 FROM_NPM = {
     "eslint": ("eslint/bin/eslint.js", "eslint@9.39.1", "@eslint/js@9.39.1"),
-    "textmate": ("vscode-textmate/release/main.js", "vscode-textmate@9.3.2", "vscode-oniguruma@2.0.1"),
+    "textmate": (
+        "@codingame/monaco-vscode-yaml-default-extension/resources/yaml.tmLanguage.json",
+        "vscode-textmate@9.3.2",
+        "vscode-oniguruma@2.0.1",
+        "tm-grammars@1.32.22",  # the grammar of YAML that VS Code had until 1.92, and the one that it has
+        "@codingame/monaco-vscode-yaml-default-extension@36.2.7",
+    ),
 }
 """What of an oracle has to be there, below `node_modules`, and the packages of npm that bring it."""
 MODULES = {

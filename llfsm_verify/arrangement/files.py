@@ -10,7 +10,7 @@ from typing import TextIO
 
 from llfsm_verify.arrangement.codes import HINTS
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span, hint_of_near
-from llfsm_verify.files import read_regular
+from llfsm_verify.files import read_start
 
 MAX_FILE_BYTES = 4 * 1024 * 1024
 STDIN = "<stdin>"
@@ -34,11 +34,7 @@ def read_source(path: str | Path, *, regular: bool = False) -> tuple[Source, byt
     try:
         if Path(path).is_dir():
             raise _error("E003", "this is a directory, not a file", name, "name a .yaml file")
-        if regular:
-            data = read_regular(path, MAX_FILE_BYTES + 1)
-        else:
-            with open(path, "rb") as f:
-                data = f.read(MAX_FILE_BYTES + 1)
+        data = read_start(path, MAX_FILE_BYTES + 1, regular=regular)
     except FileNotFoundError:
         raise _error("E001", "there is no such file", name, None if regular else hint_of_near(path)) from None
     except OSError as e:

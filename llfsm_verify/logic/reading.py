@@ -9,7 +9,7 @@ from itertools import accumulate
 from pathlib import Path
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, hint_of_near
-from llfsm_verify.files import read_regular
+from llfsm_verify.files import read_start
 from llfsm_verify.logic import codes
 
 MAX_BYTES = 4 << 20
@@ -35,15 +35,12 @@ def read_source(path: str | os.PathLike[str], *, regular: bool = False) -> Sourc
     """
     name = os.fspath(path)
     try:
-        if regular:
-            data = read_regular(name, MAX_BYTES + 1)
-        elif name == "-":
+        if name == "-" and not regular:
             if sys.stdin is None:  # it was closed before we began
                 raise _error(codes.UNREADABLE, "<stdin>", "standard input is closed")
             name, data = "<stdin>", sys.stdin.buffer.read(MAX_BYTES + 1)
         else:
-            with Path(path).open("rb") as file:
-                data = file.read(MAX_BYTES + 1)
+            data = read_start(name, MAX_BYTES + 1, regular=regular)
     except IsADirectoryError:
         raise _error(codes.DIRECTORY, name, "this is a directory", "name a property file in it") from None
     except FileNotFoundError:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 
-MODULES = ("model", "transport", "drawing", "timeline", "player", "panels", "main")
+MODULES = ("model", "transport", "drawing", "shapes", "timeline", "player", "panels", "main")
 """Each imports only from those before it; a name of a module is no name of another."""
 IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.js";\n', re.MULTILINE)
 EXPORT = re.compile(r"^export ", re.MULTILINE)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import random
+import threading
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from typing import Any
+from urllib.parse import parse_qsl, urlsplit
 
 import jsonschema
 import pytest
@@ -30,7 +33,7 @@ return {
   told: machines.map((m) => [m.dataset.state, m.dataset.fired]),
   values: all(document, '#values .value').map((cell) => cell.textContent),
   where: one('#slider').getAttribute('aria-valuetext'), slider: Number(one('#slider').value),
-  ran: one('#source').dataset.ran, timing: {...one('.timing').dataset},
+  ran: all(document, '.line.ran').map((line) => Number(line.dataset.line)), timing: {...one('.timing').dataset},
 };
 """
 FILLS = """
@@ -111,7 +114,7 @@ def expect(document: Any, row: int, seen: Any) -> None:
     units = [f" {signal['unit']}" if "unit" in signal else "" for signal in document["signals"]]
     assert seen["values"] == [word(value(run, i, row)) + unit for i, unit in enumerate(units)]
     places = run["ran"]["sets"][run["ran"]["rows"][row]]
-    assert seen["ran"] == " ".join(f"{place[0]}:{place[1]}" for place in places)
+    assert seen["ran"] == [line for place in places for line in range(place[1], place[3] + 1)]
     assert int(seen["timing"]["first"]) <= row <= int(seen["timing"]["last"])
 
 
@@ -205,6 +208,12 @@ def test_a_colour_is_that_of_the_document_in_light_and_in_dark(page: Open) -> No
         assert driver.execute_script(FAINT) == []
         papers.add(driver.execute_script("return getComputedStyle(document.body).backgroundColor"))
     assert len(papers) == 2
+    press(driver, "t")
+    for theme in ("dark", "light"):
+        wanted = {"features": [{"name": "prefers-color-scheme", "value": theme}]}
+        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", wanted)
+        assert driver.execute_script("return document.documentElement.dataset.theme") == theme
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
 
 
 def test_nothing_in_names_is_taken_for_a_page(page: Open) -> None:
@@ -237,6 +246,62 @@ def test_nothing_in_names_is_taken_for_a_page(page: Open) -> None:
         driver.execute_script("return document.documentElement.outerHTML.length - document.scripts[0].text.length")
         < 6e6
     )
+
+
+def part(first: int, last: int) -> Any:
+    """A document with some rows of a run of 90 steps."""
+    document = sample(90)
+    (run,) = document["runs"]
+    run["window"] = {"first": first, "total": 91}
+    run["rows"] = {name: column[first : last + 1] for name, column in run["rows"].items()}
+    for signal, change in enumerate(run["changes"]):
+        pairs = [(row - first, value(run, signal, row)) for row in change["at"] if first < row <= last]
+        change_here = {0: value(run, signal, first)} | dict(pairs)
+        run["changes"][signal] = {"at": list(change_here), "values": list(change_here.values())}
+    run["fired"] = [[row - first, *which] for row, *which in run["fired"] if first < row <= last]
+    run["ran"]["rows"] = run["ran"]["rows"][first : last + 1]
+    run["marks"] = [mark | {"row": mark["row"] - first} for mark in run["marks"] if first <= mark["row"] <= last]
+    return document
+
+
+@pytest.fixture
+def windows() -> Iterator[str]:
+    """The address of a server of that run, which cannot tell of rows from 60 on."""
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            asked = urlsplit(self.path)
+            rows = {name: int(number) for name, number in parse_qsl(asked.query)}
+            late = rows.get("first", 0) >= 60
+            text = json.dumps(part(**rows)) if rows else page_html(part(0, 29), {"window": "/window"})
+            self.send_response(500 if late else 200)
+            self.send_header("Content-Type", "text/html; charset=utf-8")
+            self.end_headers()
+            self.wfile.write(b"they are gone" if late else text.encode())
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
+        threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
+
+
+def test_other_rows_of_a_long_run_are_asked_for(browser: Any, windows: str) -> None:
+    browser.get(windows)
+    expect(part(0, 29), 5, slide(browser, 5))
+    assert not browser.find_element("css selector", "#earlier").is_enabled()
+    wait = "const [text, done] = arguments; const look = () => document.body.textContent.includes(text) ? done() : "
+    wait += "setTimeout(look, 20); look();"
+    press(browser, Keys.PAGE_DOWN)
+    browser.execute_async_script(wait, "rows 30 to 59 of 91")
+    expect(part(30, 59), 9, slide(browser, 9))
+    assert shown(browser)["where"] == "step 39, cycle 20, 2 s"
+    browser.find_element("css selector", "#later").click()
+    browser.execute_async_script(wait, "The rows could not be had: they are gone")
+    expect(part(30, 59), 9, shown(browser))
+    browser.get_log("browser")
 
 
 @pytest.mark.parametrize("change", [{"version": 2}, {"format": "other"}])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import random
 import re
 import subprocess
 from pathlib import Path
@@ -10,6 +12,8 @@ import pytest
 
 from llfsm_verify.extensions.view import page
 from tests import outside
+from tests.extensions.view.samples import sample
+from tests.extensions.view.shapes import shapes
 
 HERE = Path(__file__).with_name("js")
 PAGE = Path(page.__file__).with_name("page")
@@ -35,6 +39,28 @@ def test_eslint_finds_nothing() -> None:
     command = [outside.program("node"), outside.program("eslint"), "-c", HERE / "eslint.config.mjs", *sorted(files)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=Path(__file__).parents[3])
     assert (done.returncode, done.stdout) == (0, ""), done.stdout + done.stderr
+
+
+@pytest.mark.slow
+@outside.needs("node")
+def test_python_and_node_draw_the_same_of_random_timelines() -> None:
+    chance = random.Random(11)
+    cases = []
+    for number in range(60):
+        document = sample(chance.choice([1, 5, 60, 900]), seed=number)
+        if number % 3 == 0:
+            document["runs"][0]["rows"]["time_ms"] = None
+        if number % 4 == 1:
+            document["runs"][0]["rows"]["time_ms"] = [0.37 * i for i in document["runs"][0]["rows"]["cycle"]]
+        if number % 5 == 0:
+            document["runs"][0]["rows"]["cycle"] = [3 * i for i in document["runs"][0]["rows"]["cycle"]]
+        first = chance.randrange(len(document["runs"][0]["rows"]["step"]) - 1)
+        last = chance.randrange(first + 1, len(document["runs"][0]["rows"]["step"]))
+        cases.append((document, first, last, chance.choice([97, 333, 900, 1234])))
+    node, given = outside.program("node"), json.dumps(cases)
+    done = subprocess.run([node, HERE / "shapes.mjs"], input=given, capture_output=True, text=True, check=True)
+    for (document, first, last, width), drawn in zip(cases, json.loads(done.stdout), strict=True):
+        assert drawn == shapes(document, document["runs"][0], first, last, width)
 
 
 def test_modules_are_all_in_the_page_and_import_only_those_before_them() -> None:

@@ -93,7 +93,7 @@ def _arrangements(names: Sequence[str]) -> list[Path]:
         if path.is_file() and ARRANGEMENTS.named_by(name) not in (None, *ARRANGEMENTS.ours):
             new = [path]  # in a format of another package
         else:
-            new = list(filter(_is_arrangement, _below(path)) if path.is_dir() else _belongs_to(path))
+            new = list(filter(is_arrangement, _below(path)) if path.is_dir() else find_owners(path))
         if not new and names_file(name):
             note = f"note: {path} belongs to no arrangement, so it was not checked; "
             tell(without_controls(f"{note}`llfsm verify ARRANGEMENT {path}` checks it"))
@@ -115,9 +115,9 @@ def _unreadable(error: OSError) -> NoReturn:
     raise DiagnosticError(Diagnostic("E002", message, file=str(error.filename))) from None
 
 
-def _belongs_to(path: Path) -> Iterator[Path]:
+def find_owners(path: Path) -> Iterator[Path]:
     """The arrangements that read the file at `path`, in its folder and in those above, up to where we are."""
-    if _is_arrangement(path):
+    if is_arrangement(path):
         yield path
         return
     here, target = Path.cwd().resolve(), path.resolve()
@@ -126,7 +126,7 @@ def _belongs_to(path: Path) -> Iterator[Path]:
             candidates = sorted(folder.iterdir())
         except OSError as error:
             _unreadable(error)
-        for candidate in filter(_is_arrangement, candidates):
+        for candidate in filter(is_arrangement, candidates):
             files = files_read(candidate, properties_beside(candidate))
             if any(file.resolve() == target for file in files):
                 yield candidate.relative_to(here) if candidate.is_relative_to(here) else candidate
@@ -134,7 +134,7 @@ def _belongs_to(path: Path) -> Iterator[Path]:
             return
 
 
-def _is_arrangement(path: Path) -> bool:
+def is_arrangement(path: Path) -> bool:
     """Whether the file looks like an arrangement: the YAML of other tools is not looked at."""
     if path.suffix not in ARRANGEMENTS.suffixes or not path.is_file():
         return False

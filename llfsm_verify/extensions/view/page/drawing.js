@@ -77,6 +77,7 @@ export function drawMachines(view, place, style) {
   const shown = view.machines.map((machine, index) => drawMachine(view, machine, index, style));
   place.replaceChildren(...shown.map((one) => one.element));
   if (!shown.length) place.append(make("p", { class: "quiet", text: "no machines" }));
+  place.prepend(...showArrangement(view));
   const nested = make("input", { type: "checkbox", id: "nested", checked: true, onchange: () => {
     view.machines.forEach((machine, i) => (shown[i].element.hidden = Boolean(machine.inside) && !nested.checked));
   } });
@@ -84,6 +85,17 @@ export function drawMachines(view, place, style) {
     place.prepend(make("label", { class: "wide quiet" }, nested, " machines that run inside of states"));
   }
   return (run, row) => shown.forEach((one, index) => lightMachine(view, run, row, one, index));
+}
+
+/** The drawing of the arrangement, and whose turn follows whose. */
+function showArrangement({ arrangement: { svg, processes } }) {
+  const drawing = svg ? cleanDrawing(svg) : null;
+  if (drawing) fit(drawing);
+  const turns = processes.map(({ name, machines }) => `${processes.length > 1 ? `${clip(name)}: ` : ""}${
+    machines.map((machine) => clip(machine)).join(" → ")}`);
+  const summary = make("summary", { text: `Turns: ${turns.join("; ")}` });
+  if (!drawing) return turns.length ? [make("p", { class: "wide quiet", text: summary.textContent })] : [];
+  return [make("details", { class: "wide" }, summary, make("div", { class: "drawing" }, drawing))];
 }
 
 function drawMachine(view, machine, index, style) {

@@ -71,6 +71,9 @@ export function start(page) {
       values(run, row);
       tellVisits(row);
     }
+    for (const item of by("events").querySelectorAll("li")) {
+      item.classList.toggle("now", Number(item.dataset.row) === row);
+    }
     tellRow();
     page.body.dataset.row = row;
     page.body.dataset.run = index;
@@ -104,7 +107,7 @@ export function start(page) {
     if (jump) {
       by("run").scrollIntoView({ block: "start" });
       by("player").focus({ preventScroll: true });
-      walk.jump("violation", 1);
+      if (!walk.jump("violation", 1)) walk.jump("event", 1);
     }
     refresh();
   }
@@ -116,7 +119,7 @@ export function start(page) {
   by("runs").addEventListener("change", () => choose(Number(by("runs").value)));
   if (view.runs.length) choose(0);
   else refresh();
-  const { events, window: windows } = JSON.parse(embeddedText(page, "view-endpoints") || "{}");
+  const { events, window: windows } = JSON.parse(embeddedText(page, "view-endpoints") || "null") ?? {};
   const turn = windows && view.runs.length && view.runs[0].window ? offerWindows(view, by, windows, choose) : () => {};
   const other = (way) => view.runs.length && choose((index + way + view.runs.length) % view.runs.length);
   listenKeys(page, by("help"), by("keys"), keyTable({ walk, timing, by, refresh, other, turn }));

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { placeMarks, roundUp, shapes, tenths } from "../../../../llfsm_verify/extensions/view/page/timeline.js";
+import { placeMarks, roundUp, shapes, tenths } from "../../../../llfsm_verify/extensions/view/page/shapes.js";
 import { chance, sample } from "./sample.mjs";
 
 const view = sample();
