@@ -1,4 +1,4 @@
-"""What things look like, for the page and for pictures alike: how a signal is drawn, its group, the colour of a value.
+"""What values look like, for the page and for pictures alike: the colour of each name.
 
 A name that is or has the name of a colour is drawn in it: `RED`, `red_light`, `Grün`. Each other name has a place in a
 palette that its letters choose, so that it is the same in all pictures of an arrangement.
@@ -7,14 +7,9 @@ palette that its letters choose, so that it is the same in all pictures of an ar
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from colorsys import hls_to_rgb
-from decimal import Decimal
-from typing import Any
 from zlib import crc32
-
-from llfsm_verify.extensions.view.frames import exact
-from llfsm_verify.plug import Signal
 
 INK = {"light": "#1c2733", "dark": "#e4eaf0"}
 """What is written on a fill."""
@@ -41,40 +36,14 @@ GREYS = {
 WORD = re.compile(r"[A-ZÀ-Þ]+(?![a-zà-ÿ])|[A-ZÀ-Þ]?[a-zà-ÿ]+")
 PALETTE = tuple((hue, level) for level in (0, 1) for hue in (205, 265, 185, 320, 230, 75, 295, 160, 245, 345, 60, 215))
 """Hue, and whether it is a shade deeper. Red, amber and green are left to what is called so."""
-GROUPS = {"state": "states", "input": "inputs", "verdict": "verdicts"}
 
 
-def signal_entry(
-    name: str, kind: str, labels: Sequence[str], *, boolean: bool, low: int, high: int, digits: int
-) -> dict[str, Any]:
-    """A signal of the document. `low`, `high`: of a number, in steps of ``10 ** -digits``."""
-    group = name.partition(".")[0] if kind == "machine" else GROUPS.get(kind, kind)
-    found: dict[str, Any] = {"name": name, "kind": kind, "group": group}
-    if labels:
-        return found | {"draw": "boxes", "labels": list(dict.fromkeys(labels))}
-    if boolean:
-        return found | {"draw": "levels"}
-    bounds = (exact(Decimal(bound).scaleb(-digits) if digits else bound) for bound in (low, high))
-    return found | {"draw": "curve", **dict(zip(("low", "high"), bounds, strict=True))}
-
-
-def signals_of(signals: Iterable[Signal]) -> list[dict[str, Any]]:
-    """The document's `signals`, of a timeline."""
-    return [
-        signal_entry(
-            s.name, s.kind, s.labels, boolean=s.type.boolean, low=s.type.low, high=s.type.high, digits=s.type.digits
-        )
-        for s in signals
-    ]
-
-
-def colours_of(signals: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, str]]:
-    """The document's `colours`: of every label of its signals. Names whose letters choose one place of the palette
-    have it in the order of the alphabet, the later ones the next free place."""
-    names = sorted({label for signal in signals for label in signal.get("labels", ())})
+def colours_of(names: Iterable[str]) -> dict[str, dict[str, str]]:
+    """The document's `colours`, of states and enumerators. Names whose letters choose one place of the palette have it
+    in the order of the alphabet, the later ones the next free place."""
     taken: set[int] = set()
     found = {}
-    for name in names:
+    for name in sorted(set(names)):
         named = _named(name)
         if named is None:
             start = crc32(name.encode("utf-8", "surrogatepass"))

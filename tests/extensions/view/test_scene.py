@@ -8,7 +8,7 @@ from colorsys import rgb_to_hls
 
 import pytest
 
-from llfsm_verify.extensions.view.scene import INK, PALETTE, colours_of, contrast, signal_entry
+from llfsm_verify.extensions.view.scene import INK, PALETTE, colours_of, contrast
 
 
 def hue(colour: str) -> float:
@@ -17,7 +17,7 @@ def hue(colour: str) -> float:
 
 
 def of(*names: str) -> dict[str, dict[str, str]]:
-    return colours_of([{"labels": names}])
+    return colours_of(names)
 
 
 @pytest.mark.parametrize(
@@ -44,8 +44,7 @@ def test_other_names_are_not_taken_for_colours(name: str) -> None:
 
 def test_a_name_has_one_colour_whatever_stands_beside_it() -> None:
     assert of("IDLE", "RED")["IDLE"] == of("IDLE")["IDLE"]
-    signals = [{"labels": ["a", "b"]}, {"name": "number"}, {"labels": ["b", "c"]}]
-    assert colours_of(signals) == colours_of(reversed(signals))
+    assert colours_of(["a", "b", "b", "c"]) == colours_of(["c", "b", "a"])
 
 
 def test_few_names_have_different_colours() -> None:
@@ -63,16 +62,3 @@ def test_all_can_be_read() -> None:
         for theme, shade in colour.items():
             assert contrast(shade, INK[theme]) >= 4.5, (name, theme, shade)
     assert contrast("#000000", "#ffffff") == pytest.approx(21)
-
-
-def test_signals() -> None:
-    def drawn(kind: str, *labels: str, boolean: bool = False, low: int = 0, high: int = 9, digits: int = 0) -> object:
-        return signal_entry("m.x", kind, labels, boolean=boolean, low=low, high=high, digits=digits)
-
-    assert drawn("machine", "A", "B", "A") == {
-        "name": "m.x", "kind": "machine", "group": "m", "draw": "boxes", "labels": ["A", "B"],
-    }  # fmt: skip
-    assert drawn("input", boolean=True) == {"name": "m.x", "kind": "input", "group": "inputs", "draw": "levels"}
-    number = {"name": "m.x", "kind": "whiteboard", "group": "whiteboard", "draw": "curve"}
-    assert drawn("whiteboard", low=-5, high=1 << 53) == number | {"low": -5, "high": str(1 << 53)}
-    assert drawn("whiteboard", low=-5, high=25, digits=1) == number | {"low": "-0.5", "high": "2.5"}
