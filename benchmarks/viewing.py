@@ -86,13 +86,13 @@ def watch(how: str, seconds: float) -> Watched:
 
 @contextmanager
 def begun(command: Sequence[str]) -> Iterator[subprocess.Popen[str]]:
-    """A process, which is ended by Ctrl-C if it goes on."""
+    """A process, which is ended if it goes on."""
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
         try:
             yield process
         finally:
             if process.poll() is None:
-                process.send_signal(2)
+                process.terminate()
                 process.communicate(timeout=PATIENCE)
 
 
