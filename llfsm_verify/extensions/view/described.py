@@ -10,6 +10,7 @@ from typing import Any
 
 from llfsm_verify import Diagnostic, DiagnosticError, Whiteboard, load
 from llfsm_verify.extensions.view.codes import OTHER
+from llfsm_verify.extensions.view.colours import colours_of
 from llfsm_verify.extensions.view.frames import Drawn
 from llfsm_verify.extensions.view.values import signal_of
 from llfsm_verify.plug import Arrangement
@@ -66,7 +67,8 @@ def describe(board: Whiteboard, path: str | None, *, strict: bool) -> Described:
             "path": None if arrangement is None else arrangement.path,
             "cycle_ms": None if cycle_ms is None else float(cycle_ms), "processes": processes,
         },
-        "files": [], "machines": machines, "signals": signals, "colours": {},
+        "files": [], "machines": machines, "signals": signals,
+        "colours": colours_of(label for slot in board.slots for label in slot.labels),
     }  # fmt: skip
     fired = board.told.get("fired")
     words = {name: word for name, word in (fired if isinstance(fired, dict) else {}).items() if isinstance(word, int)}
