@@ -10,7 +10,7 @@ NARROW, APART = 3, 90
 """Pixels: of a stretch that is drawn as one with its neighbours, and between two ticks."""
 
 
-def shapes(document: Any, run: Any, first: int, last: int, width: int) -> dict[str, Any]:
+def shapes(document: Any, run: Any, first: int, last: int, width: float) -> dict[str, Any]:
     step = width / (last - first + 1)
     pairs = zip(document["signals"], run["changes"], strict=True)
     lanes = [_stretches(signal, change, first, last, step) for signal, change in pairs]
