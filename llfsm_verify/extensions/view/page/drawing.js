@@ -75,15 +75,12 @@ export function cleanDrawing(text) {
 /** Draw all machines of a document into an element. Returns a function that shows a row of a run. */
 export function drawMachines(view, place, style) {
   const shown = view.machines.map((machine, index) => drawMachine(view, machine, index, style));
-  place.replaceChildren(...shown.map((one) => one.element));
-  if (!shown.length) place.append(make("p", { class: "quiet", text: "no machines" }));
-  place.prepend(...showArrangement(view));
   const nested = make("input", { type: "checkbox", id: "nested", checked: true, onchange: () => {
     view.machines.forEach((machine, i) => (shown[i].element.hidden = Boolean(machine.inside) && !nested.checked));
   } });
-  if (view.machines.some((machine) => machine.inside)) {
-    place.prepend(make("label", { class: "wide quiet" }, nested, " machines that run inside of states"));
-  }
+  const choice = make("label", { class: "quiet" }, nested, " machines that run inside of states");
+  place.replaceChildren(...showArrangement(view), view.machines.some((machine) => machine.inside) ? choice : "",
+    make("div", { class: "figures" }, ...shown.map((one) => one.element)));
   return (run, row) => shown.forEach((one, index) => lightMachine(view, run, row, one, index));
 }
 
@@ -94,8 +91,8 @@ function showArrangement({ arrangement: { svg, processes } }) {
   const turns = processes.map(({ name, machines }) => `${processes.length > 1 ? `${clip(name)}: ` : ""}${
     machines.map((machine) => clip(machine)).join(" → ")}`);
   const summary = make("summary", { text: `Turns: ${turns.join("; ")}` });
-  if (!drawing) return turns.length ? [make("p", { class: "wide quiet", text: summary.textContent })] : [];
-  return [make("details", { class: "wide" }, summary, make("div", { class: "drawing" }, drawing))];
+  if (!drawing) return turns.length ? [make("p", { class: "quiet", text: summary.textContent })] : [];
+  return [make("details", {}, summary, make("div", { class: "drawing" }, drawing))];
 }
 
 function drawMachine(view, machine, index, style) {
@@ -110,8 +107,9 @@ function drawMachine(view, machine, index, style) {
     "aria-pressed": false,
     onclick: (event) => event.currentTarget.setAttribute("aria-pressed", element.classList.toggle(kind)),
   });
-  const head = make("figcaption", {}, make("span", { class: "name", text: clip(machine.name) }), inside, " ", state,
-    " ", count, make("span", { class: "sizes" }, toggle("folded", "–", "Fold"), toggle("large", "⤢", "Enlarge")));
+  const sizes = make("span", { class: "sizes" }, toggle("folded", "–", "Fold"), toggle("large", "⤢", "Enlarge"));
+  const name = make("span", { class: "name", text: clip(machine.name) });
+  const head = make("figcaption", {}, sizes, name, inside, " ", state, " ", count);
   const element = make("figure", { class: "machine", "data-machine": index }, head, fired, marks);
   const nodes = drawing ? byId(drawing, machine.states, "node") : listStates(machine);
   const edges = drawing ? byId(drawing, machine.transitions, "edge") : [];

@@ -27,10 +27,11 @@ export function readDocument(text) {
   return read;
 }
 
-/** At most `most` characters of a text, and how many there are if not all are shown. */
+/** At most `most` characters of a text, and how many there are if it is far longer. */
 export function clip(text, most = LONGEST) {
   const all = String(text);
-  return all.length <= most ? all : `${all.slice(0, most - 1)}… (${spell(all.length)} characters)`;
+  if (all.length <= most) return all;
+  return `${all.slice(0, most - 1)}…${all.length > 1000 ? ` (${spell(all.length)} characters)` : ""}`;
 }
 
 /** A whole number with commas between thousands. */
