@@ -25,7 +25,7 @@ FEW = 8
 INK, QUIET, DENSE, BAD, LOOP = "#1c2733", "#56626e", "#c3cad1", "#a8201a", "#1f4e9c"
 STYLE = (
     f"text{{font:12px 'DejaVu Sans Mono',Menlo,Consolas,monospace;fill:{INK}}}.quiet{{fill:{QUIET}}}"
-    f".bad{{fill:{BAD};font-weight:bold}}.loop{{fill:{LOOP}}}"
+    f".bad{{fill:{BAD};font-weight:bold}}.loop{{fill:{LOOP}}}.title{{font-weight:bold}}"
 )
 
 
@@ -52,7 +52,7 @@ def write_svg(timeline: Timeline, file: BinaryIO) -> None:
     ET.SubElement(root, "title").text = title
     ET.SubElement(root, "style").text = STYLE
     ET.SubElement(root, "rect", width="100%", height="100%", fill="white")
-    _write(root, MARGIN, 20, title, weight="bold")
+    _write(root, MARGIN, 20, title, kind="title")
     entries = [_entry(timeline.signals[i], [row.values[i] for row in rows]) for i in moving]
     if rows:
         times = [timeline.time_ms(row) for row in rows]
@@ -62,7 +62,9 @@ def write_svg(timeline: Timeline, file: BinaryIO) -> None:
             "time_ms": None if None in times else [float(time) for time in times if time is not None],
         }
         run = {"rows": columns, "changes": changes}
-        drawn = shapes({"signals": entries}, run, 0, len(rows) - 1, step * len(rows))
+        cycle_ms = None if timeline.cycle_ms is None else float(timeline.cycle_ms)
+        document = {"signals": entries, "arrangement": {"cycle_ms": cycle_ms}}
+        drawn = shapes(document, run, 0, len(rows) - 1, step * len(rows))
         _marks(root, timeline, rows, (left, step, bottom))
         _axis(root, drawn["ticks"], left, right, bottom)
         for lane, (name, entry) in enumerate(zip(names, entries, strict=True)):
@@ -205,14 +207,10 @@ def _box(root: ET.Element, begin: float, end: float, top: float, height: float, 
     return ET.SubElement(root, "rect", {name: f"{value:.1f}" for name, value in place.items()} | style)
 
 
-def _write(
-    root: ET.Element, x: float, y: float, words: str, *, anchor: str = "start", kind: str = "", weight: str = "normal"
-) -> None:
+def _write(root: ET.Element, x: float, y: float, words: str, *, anchor: str = "start", kind: str = "") -> None:
     element = ET.SubElement(root, "text", x=f"{x:.1f}", y=f"{y:.1f}")
     element.set("text-anchor", anchor)
     element.set("xml:space", "preserve")
     if kind:
         element.set("class", kind)
-    if weight != "normal":
-        element.set("font-weight", weight)
     element.text = words
