@@ -1,3 +1,5 @@
+from llfsm_verify.analysis.coverage.measure import told as coverage_program
+from llfsm_verify.analysis.coverage.result import Coverage
 from llfsm_verify.analysis.coverage.running import ended as vector_ended
 from llfsm_verify.analysis.coverage.running import fault_of, field_names, record_of
 from llfsm_verify.analysis.coverage.search import find_vectors
@@ -27,7 +29,7 @@ from llfsm_verify.arrangement.formats.reading import MACHINES, Reading, opened
 from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, NewState, Uneditable, Writer
 from llfsm_verify.arrangement.kinds import kind_of
 from llfsm_verify.arrangement.loader import load_arrangement
-from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.model import Arrangement, Machine
 from llfsm_verify.arrangement.plants import PLANTS, Plant, UsedPlant
 from llfsm_verify.arrangement.plants import Site as PlantSite
 from llfsm_verify.arrangement.requests import Request
@@ -85,9 +87,10 @@ from llfsm_verify.kripke.export.rows import (
     ways,
 )
 from llfsm_verify.kripke.export.specification import Specification
-from llfsm_verify.kripke.observing import observed_outputs
+from llfsm_verify.kripke.observing import Observer, observed_outputs
 from llfsm_verify.kripke.steps import Step
 from llfsm_verify.language.scope import CALLS, did_you_mean
+from llfsm_verify.language.typed import IfElse
 from llfsm_verify.language.types import decimal_text
 from llfsm_verify.limits import LimitReached, Limits, reached, tick
 from llfsm_verify.logic.bounds import IN_STEPS, MAX_STEPS, MAX_TICKS, repeat, step_bound
@@ -186,8 +189,9 @@ from llfsm_verify.registry import Entry, Package, Registry, Unregistered
 from llfsm_verify.report.codes import all_codes
 from llfsm_verify.report.debugging import lines_of
 from llfsm_verify.report.drawing import NO_LIBRARY as NO_GRAPHVIZ
+from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.formats import DRAWINGS
-from llfsm_verify.report.drawing.graph import LEGEND, Graph, explained, with_legend
+from llfsm_verify.report.drawing.graph import LEGEND, Graph, explained, summarise, with_legend
 from llfsm_verify.report.drawing.graph import Edge as DrawnEdge
 from llfsm_verify.report.drawing.graph import Node as DrawnNode
 from llfsm_verify.report.entry import ReportEntry
@@ -195,7 +199,7 @@ from llfsm_verify.report.formats import REPORTS, Style, Written
 from llfsm_verify.report.lint import explain as lint_diagnostic
 from llfsm_verify.report.plain import PIPE_WIDTH, plain_text
 from llfsm_verify.report.running import ENDINGS as ENDING_WORDS
-from llfsm_verify.report.saving import trace_documents, update_trace_file
+from llfsm_verify.report.saving import named_runs, trace_documents, update_trace_file
 from llfsm_verify.report.schema import SCHEMAS
 from llfsm_verify.report.text import result_text, trace_text
 from llfsm_verify.report.timeline.formats import TIMELINES
@@ -217,7 +221,7 @@ from llfsm_verify.report.wording import (
 )
 from llfsm_verify.runtime.debugging.commands import Answer as DebugAnswer
 from llfsm_verify.runtime.debugging.commands import parse as parse_command
-from llfsm_verify.runtime.debugging.paths import DebugError
+from llfsm_verify.runtime.debugging.paths import DebugError, Recorded
 from llfsm_verify.runtime.debugging.session import FRONT_ENDS
 from llfsm_verify.runtime.debugging.session import Session as DebugSession
 from llfsm_verify.runtime.deciding.logs.check import LogReading
@@ -229,7 +233,7 @@ from llfsm_verify.runtime.live.frame import HEADER as FRAME_HEADER
 from llfsm_verify.runtime.live.frame import FrameLayout
 from llfsm_verify.runtime.live.plan import runnable, safe_values, starting_values
 from llfsm_verify.runtime.live.slots import Slot as BoardSlot
-from llfsm_verify.runtime.live.slots import inputs_of, program_slots
+from llfsm_verify.runtime.live.slots import inputs_of, program_slots, slots_of
 from llfsm_verify.runtime.live.text import largest_entry
 from llfsm_verify.runtime.ports import UNKNOWN as WRONG_PORT
 from llfsm_verify.runtime.ports.file import read_ports
@@ -242,7 +246,9 @@ from llfsm_verify.runtime.ports.process.port import ProcessSettings
 from llfsm_verify.runtime.recording.file import HEAD as RECORDING_HEAD
 from llfsm_verify.runtime.recording.file import MAGIC as RECORDING_MAGIC
 from llfsm_verify.runtime.recording.file import PAGE as RECORDING_PAGE
-from llfsm_verify.runtime.recording.origin import header_of
+from llfsm_verify.runtime.recording.file import Recording, is_recording
+from llfsm_verify.runtime.recording.origin import arrangement_of, code_of, header_of
+from llfsm_verify.runtime.recording.replay import compared
 from llfsm_verify.runtime.recording.timeline import Row as TimelineRow
 from llfsm_verify.runtime.recording.timeline import Signal, Timeline, take
 from llfsm_verify.runtime.stepping.drawing import free_inputs
@@ -251,13 +257,14 @@ from llfsm_verify.runtime.whiteboard.places import names as whiteboard_names
 from llfsm_verify.semantics.bits import common_bits
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.operators import OPERATOR
+from llfsm_verify.semantics.probes import ACTIONS, Outcome
 from llfsm_verify.semantics.storage import leaves
 from llfsm_verify.targets.monitors import OnBoard, Watched
 from llfsm_verify.targets.target import TARGETS, WORLDS, Difference, Made, Target, Verified
 from llfsm_verify.targets.target import Wanted as TargetWanted
 from llfsm_verify.values import Shown, Value, element_names, text, value_text
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES, EngineEntry, Turn
-from llfsm_verify.verification.replay import Replayed, replay_file
+from llfsm_verify.verification.replay import Replayed, replay_file, schedule_of
 from llfsm_verify.verification.verify import verify
 from llfsm_verify.yaml.compose import compose
 from llfsm_verify.yaml.fields import Report, is_name
@@ -266,6 +273,7 @@ from llfsm_verify.yaml.nodes import Node, Scalar, Sequence, implied, mark, writt
 from llfsm_verify.yaml.tables import NUMBER, TRUTHS, ByName, Either, Field, Several, Single, Table, Words
 
 __all__ = [
+    "ACTIONS",
     "ARRANGEMENTS",
     "AUTOMATA",
     "BOOL",
@@ -357,6 +365,7 @@ __all__ = [
     "CommandEntry",
     "CommandParser",
     "Const",
+    "Coverage",
     "DebugAnswer",
     "DebugError",
     "DebugSession",
@@ -396,6 +405,7 @@ __all__ = [
     "Guards",
     "Holds",
     "If",
+    "IfElse",
     "InstanceDraft",
     "Int",
     "Interpreter",
@@ -414,6 +424,7 @@ __all__ = [
     "LintResult",
     "Local",
     "LogReading",
+    "Machine",
     "MachineDraft",
     "Made",
     "Malformed",
@@ -426,11 +437,13 @@ __all__ = [
     "NoColumn",
     "NoPlace",
     "Node",
+    "Observer",
     "OnBoard",
     "Op",
     "OpName",
     "Options",
     "Oracle",
+    "Outcome",
     "Output",
     "Package",
     "ParameterDraft",
@@ -447,6 +460,8 @@ __all__ = [
     "PropertyResult",
     "PropertySet",
     "Reading",
+    "Recorded",
+    "Recording",
     "Registry",
     "Replayed",
     "Report",
@@ -515,6 +530,8 @@ __all__ = [
     "all_codes",
     "all_of",
     "apply",
+    "arrangement_graph",
+    "arrangement_of",
     "asked_text",
     "atom",
     "atom_place",
@@ -525,12 +542,15 @@ __all__ = [
     "cell_text",
     "cells_of",
     "claim_of",
+    "code_of",
     "common_bits",
+    "compared",
     "compose",
     "conjunction",
     "const",
     "constant_of",
     "counted",
+    "coverage_program",
     "decimal_text",
     "depth",
     "did_you_mean",
@@ -567,6 +587,7 @@ __all__ = [
     "is_contradicted",
     "is_deterministic",
     "is_name",
+    "is_recording",
     "ite",
     "kind_of",
     "largest_entry",
@@ -576,10 +597,12 @@ __all__ = [
     "lint_diagnostic",
     "load_arrangement",
     "lower",
+    "machine_graph",
     "mapped",
     "mark",
     "mask",
     "moves_of",
+    "named_runs",
     "negation",
     "nnf",
     "nodes",
@@ -614,14 +637,17 @@ __all__ = [
     "runnable",
     "safe_values",
     "scalars",
+    "schedule_of",
     "sentences",
     "sequence",
     "shown_atom",
+    "slots_of",
     "starting_values",
     "statements",
     "step_bound",
     "steps_known",
     "stop_at_faults",
+    "summarise",
     "summary_text",
     "take",
     "text",

@@ -82,8 +82,8 @@ function start() {
       await client.start();
     } catch (error) {
       const open = "Open Settings";
-      const said = `\`${options.command} lsp\` does not start: ${error.message}. The setting llfsm.path names the program.`;
-      vscode.window.showErrorMessage(said, open).then((chosen) => {
+      const said = `\`${options.command} lsp\` does not start: ${error.message}.`;
+      vscode.window.showErrorMessage(`${said} The setting llfsm.path names the program.`, open).then((chosen) => {
         if (chosen === open) vscode.commands.executeCommand("workbench.action.openSettings", "llfsm.path");
       });
     }
@@ -103,7 +103,8 @@ function startFor(document) {
 
 /** `llfsm view FILE -o PAGE`, and the page in the panel. */
 async function view(chosen) {
-  const uri = chosen ?? (await vscode.window.showOpenDialog({ filters: { "Traces, recordings": ["yaml", "rec"] } }))?.[0];
+  const filters = { "Traces, recordings": ["yaml", "rec"] };
+  const uri = chosen ?? (await vscode.window.showOpenDialog({ filters }))?.[0];
   if (!uri) return;
   folder ??= await mkdtemp(path.join(tmpdir(), "llfsm-"));
   const page = pages.pageOf(folder, uri.fsPath);

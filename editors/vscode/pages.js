@@ -41,7 +41,8 @@ function namesAt(lenses, line) {
 
 /** The Content-Security-Policy of a panel: the scripts of the page and its styles, and nothing from elsewhere. */
 function policy(nonce) {
-  return `default-src 'none'; script-src 'nonce-${nonce}'; style-src 'unsafe-inline'; img-src data: blob:; font-src data:`;
+  const scripts = `script-src 'nonce-${nonce}'`;
+  return `default-src 'none'; ${scripts}; style-src 'unsafe-inline'; img-src data: blob:; font-src data:`;
 }
 
 /** A page as a panel shows it: with its policy, and the nonce on each of its scripts. */

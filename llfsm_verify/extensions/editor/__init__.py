@@ -11,8 +11,9 @@ What a user writes: an editor starts the server and speaks with it at standard i
     < {"verdict": "violated", "text": "violated after 5 steps", "path": "/tmp/llfsm-…/….html"}
 
 The commands are `llfsm.check URI NAME`, which gives `verdict` and `text`, and `llfsm.show URI NAME`, which gives the
-`path` of a page of the violation (or null, and the reason in `message`). `initializationOptions: {checkSeconds: N}`
-says how long a check may take (60).
+`path` of a page of the violation (or null, and the reason in `message`). `initializationOptions` may say
+how long a check may take (`checkSeconds`, 60), reading may take (`longestSeconds`, 10), and how long nothing is typed
+before a text is read (`delaySeconds`, 0.2).
 
 Mistakes:
 

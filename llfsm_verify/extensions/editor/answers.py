@@ -59,11 +59,11 @@ def diagnostic(said: Said, lines: Lines, place: Callable[[str, int, int], types.
     )
 
 
-def markup(text: str, shown: Sequence[types.MarkupKind] | None) -> types.MarkupContent:
-    """A text in Markdown, for an editor that shows these kinds of texts."""
+def markup(text: str, shown: Sequence[types.MarkupKind] | None) -> types.MarkupContent | str:
+    """A text in Markdown, for an editor that shows these kinds of texts; else as a plain one."""
     if shown is not None and types.MarkupKind.Markdown in shown:
         return types.MarkupContent(types.MarkupKind.Markdown, text)
-    return types.MarkupContent(types.MarkupKind.PlainText, text.replace("`", ""))
+    return text.replace("`", "")
 
 
 def completion(offer: Offer, replaced: types.Range, shown: Sequence[types.MarkupKind] | None) -> types.CompletionItem:

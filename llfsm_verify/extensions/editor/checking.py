@@ -81,4 +81,4 @@ def _page(result: Result, arrangement: Arrangement) -> tuple[str | None, str]:
         package = REPORTS.result[PAGE].package
         name = error.name if package is None else package.name
         return None, f"pages need the package {name}: install it with `pip install {name}`"
-    return (written, "") if isinstance(written, str) else (None, "the page is no text")
+    return (written, "") if isinstance(written, str) else (None, "the page has several parts")

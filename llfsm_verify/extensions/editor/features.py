@@ -26,10 +26,12 @@ def _texts(server: Server) -> None:
 
     @server.feature(types.INITIALIZE)
     def _(ls: Server, params: types.InitializeParams) -> None:
-        given = params.initialization_options
-        seconds = given.get("checkSeconds") if isinstance(given, dict) else None
-        if isinstance(seconds, int | float) and 0 < seconds <= 86_400:
-            ls.seconds = float(seconds)
+        options = params.initialization_options
+        given = options if isinstance(options, dict) else {}
+        for name in ("delay", "longest", "check"):
+            seconds = given.get(f"{name}Seconds")
+            if isinstance(seconds, int | float) and 0 <= seconds <= 86_400:
+                setattr(ls.seconds, name, float(seconds))
 
     @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
     def _(ls: Server, params: types.DidOpenTextDocumentParams) -> None:

@@ -16,6 +16,9 @@ _MEANT = re.compile(r"did you mean (`[^`]+`(?: or `[^`]+`)*)\?")
 _WRITE = re.compile(r"write `([^`…]+)`")
 _QUOTE = re.compile(r"(?:write `not` for `!`, or )?quote it: '…'")
 
+_WRITTEN = frozenset(("E031", "E033", "E042", "E101", "E103", "E106", "E110", "E120", "E134", "E307", "E331"))
+"""The codes whose `write …` takes the place of what is marked; hints of others show a form, or more than is marked."""
+
 
 @dataclass(frozen=True, slots=True)
 class Fix:
@@ -38,7 +41,7 @@ def fixes_of(said: Said, text: str) -> list[Fix]:
         return []
     if meant := _MEANT.fullmatch(hint):
         news = re.findall(r"`([^`]+)`", meant[1])
-    elif found := _WRITE.fullmatch(hint):
+    elif said.code in _WRITTEN and (found := _WRITE.fullmatch(hint)):
         if said.message.startswith(f"`{found[1]}` is missing after"):
             return [Fix(f"Write `{found[1]}` after it", said.end, said.end, found[1])]
         news = [found[1]]
@@ -53,12 +56,16 @@ def mends(fix: Fix, said: Said, before: Iterable[Findings], after: Iterable[Find
     """Whether, by what is found before and after an edit, it makes a diagnostic go away, and nothing wrong instead:
     what is new is elsewhere, and does not speak of what was written."""
     known = {(one.code, one.message) for found in before for one in found.said}
-    ends = fix.start + len(fix.text)
-    for one in (one for found in after for one in found.said):
-        if (one.code, one.message) == (said.code, said.message) and one.start == said.start:
-            return False
-        new = one.severity == "error" and (one.code, one.message) not in known
-        near = one.file == said.file and one.start < ends and fix.start < max(one.end, one.start + 1)
-        if new and (near or one.code == said.code or f"`{fix.text}`" in one.message):
-            return False
+    for found in after:
+        text = found.texts.get(said.file, "")
+        line = text.rfind("\n", 0, fix.start) + 1, (text + "\n").index("\n", min(fix.start + len(fix.text), len(text)))
+        for one in found.said:
+            if (one.code, one.message, one.start) == (said.code, said.message, said.start):
+                return False
+            new = one.severity == "error" and (one.code, one.message) not in known
+            near = one.file == said.file and line[0] <= one.start <= line[1]
+            if new and (
+                near or one.code == said.code or "E010" <= one.code <= "E019" or f"`{fix.text}`" in one.message
+            ):
+                return False
     return True

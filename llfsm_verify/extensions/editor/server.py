@@ -6,6 +6,7 @@ import asyncio
 import os
 from collections.abc import Iterable
 from contextlib import suppress
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -25,13 +26,19 @@ from llfsm_verify.extensions.editor.looking import Look, look
 from llfsm_verify.extensions.editor.positions import Lines
 from llfsm_verify.extensions.editor.state import Opened, State, Verdict
 
-DELAY = 0.2
-"""Seconds without a change after which a text is read."""
-LONGEST = 10.0
-"""Seconds that reading may take."""
-CHECK_SECONDS = 60.0
-"""Seconds that the check of a property may take, unless the editor says another number."""
 CHECK, SHOW = "llfsm.check", "llfsm.show"
+
+
+@dataclass(slots=True)
+class Seconds:
+    """How long something takes; editors may say other numbers: `initializationOptions: {checkSeconds: 10}`."""
+
+    delay: float = 0.2
+    """Without a change, before a text is read."""
+    longest: float = 10.0
+    """That reading may take."""
+    check: float = 60.0
+    """That the check of a property may take."""
 
 
 class Server(LanguageServer):
@@ -45,7 +52,7 @@ class Server(LanguageServer):
         self.turn = asyncio.Lock()
         self.child = Child("")
         self.pages = TemporaryDirectory(prefix="llfsm-")
-        self.seconds = CHECK_SECONDS
+        self.seconds = Seconds()
         self.tasks: set[asyncio.Task[None]] = set()
         self.late: dict[str, Said] = {}
         """By file, that reading it took too long."""
@@ -98,10 +105,10 @@ class Server(LanguageServer):
         if file is not None and self.state.opened.pop(file, None) is not None:
             self.numbers[file] = self.numbers.get(file, 0) + 1
             self.late.pop(file, None)
-            self.publish({file, *self.state.forget_closed()})
+            self.publish(sorted({file, *self.state.forget_closed()}))
 
     async def _read(self, file: str, number: int) -> None:
-        await asyncio.sleep(DELAY)
+        await asyncio.sleep(self.seconds.delay)
         async with self.turn:
             if self.numbers[file] != number or file not in self.state.opened:
                 return
@@ -110,7 +117,7 @@ class Server(LanguageServer):
             texts = self._texts()
             self.late.pop(file, None)
             try:
-                answer = await self.child.ask(Job(asked, texts), LONGEST)
+                answer = await self.child.ask(Job(asked, texts), self.seconds.longest)
             except Gone as gone:
                 answer = Failed(str(gone))
         if isinstance(answer, Failed):
@@ -128,7 +135,7 @@ class Server(LanguageServer):
         texts = {**self._texts(), file: fix.applied(text).encode("utf-8", "surrogatepass")}
         async with self.turn:
             with suppress(Gone):
-                answer = await self.child.ask(Job(asked, texts), LONGEST)
+                answer = await self.child.ask(Job(asked, texts), self.seconds.longest)
                 return isinstance(answer, tuple) and mends(fix, said, before, answer)
         return False
 
@@ -146,7 +153,7 @@ class Server(LanguageServer):
             files |= self.state.put(findings)
         if not (len(found) == 1 and found[0].root == file and found[0].sorts.get(file) != "arrangement"):
             self.state.owners[file] = tuple((f.root, f.properties) for f in found)
-        self.publish(files)
+        self.publish(sorted(files, key=lambda each: (each == file, each)))  # the one that was changed comes last
         for other in files & self.state.opened.keys() - {file}:
             known = {root for root, _ in self.state.owners.get(other, ())}
             if not roots <= known and other in self.state.found:
@@ -155,8 +162,8 @@ class Server(LanguageServer):
         self.refresh_lenses()
 
     def publish(self, files: Iterable[str]) -> None:
-        """Tell the editor all that is said of some files."""
-        for file in sorted(files):
+        """Tell the editor all that is said of some files, in this order."""
+        for file in files:
             findings = next(self.state.reads(file), None)
             lines, opened = self.lines(file, findings), self.state.opened.get(file)
             said = self.state.said(file) + ([self.late[file]] if file in self.late else [])
@@ -204,7 +211,7 @@ class Server(LanguageServer):
         verdict = Verdict({each: self.state.text(each, findings) for each in findings.texts})
         self.state.verdicts[file, name] = verdict
         self.refresh_lenses()
-        wanted = Wanted(findings.root, findings.properties, name, self.seconds)
+        wanted = Wanted(findings.root, findings.properties, name, self.seconds.check)
         try:
             verdict.checked = await self._checked(wanted)
             verdict.page = self._page(verdict.checked)
@@ -219,32 +226,31 @@ class Server(LanguageServer):
         texts = self._texts()
         child, token, progress = Child(self.child.folder), str(uuid4()), self.work_done_progress
         window = self.client_capabilities.window
-        told = window is not None and bool(window.work_done_progress)
-        work = asyncio.ensure_future(
-            child.ask(
-                Job(wanted, texts),
-                wanted.seconds + LONGEST,
-                (lambda text: progress.report(token, types.WorkDoneProgressReport(text))) if told else lambda _: None,
-            )
-        )
+        shown = window is not None and bool(window.work_done_progress)
+
+        def tell(text: str) -> None:
+            if shown:
+                progress.report(token, types.WorkDoneProgressReport(message=text))
+
         try:
-            if told:
+            if shown:
                 await progress.create_async(token)
                 progress.begin(token, types.WorkDoneProgressBegin(f"Checking {wanted.name}", cancellable=True))
-                loop = asyncio.get_running_loop()
+            asked = child.ask(Job(wanted, texts), wanted.seconds + self.seconds.longest, tell)
+            work, loop = asyncio.ensure_future(asked), asyncio.get_running_loop()
+            if shown:
                 progress.tokens[token].add_done_callback(lambda _: loop.call_soon_threadsafe(work.cancel))
             answer = await work
             return answer if isinstance(answer, Checked) else Checked("unknown", getattr(answer, "text", "no answer"))
         except Gone as gone:
             return Checked("unknown", str(gone))
         except asyncio.CancelledError:
-            if told and progress.tokens[token].cancelled():
+            if shown and progress.tokens[token].cancelled():
                 return Checked("unknown", "it was cancelled")
             raise
         finally:
-            work.cancel()
             await child.close()
-            if told:
+            if shown:
                 progress.end(token, types.WorkDoneProgressEnd())
                 progress.tokens.pop(token, None)
 

@@ -100,7 +100,7 @@ class _Scan:
             return
         indent = len(line) - len(line.lstrip(" "))
         at = 0
-        if self.flow and indent <= self.flow_column and _key_after_items(line) is not None:
+        if self.flow and _key_after_items(line) is not None and (indent <= self.flow_column or _ITEM.match(line)):
             self.flow = []  # it was never closed
         if not self.flow:
             while (item := _ITEM.match(line, at)) is not None and item.end() <= most:

@@ -64,8 +64,9 @@ _TIGHT = "margin=0 width=0 height=0"
 _CENTRED = frozenset({"input", "output", "shared"})
 
 
-def dot(graph: Graph) -> str:
-    """The graph as a `digraph`, UTF-8."""
+def dot(graph: Graph, prefix: str | None = None) -> str:
+    """The graph as a `digraph`, UTF-8. With a `prefix`, elements of a picture have ids: that of a node is the prefix
+    and its key, that of an edge the prefix and `t0`, `t1`, … in their order, without the start."""
     machine = graph.kind == "machine"
     bars = _bars(graph) if machine else ""
     if not machine:
@@ -78,12 +79,24 @@ def dot(graph: Graph) -> str:
         "  edge [fontname=Helvetica fontsize=10];",
     ]
     # A frame does not grow with the labels of the arrows in it, so machines have none: their titles head them.
-    lines += map(_node, graph.nodes) if machine else _frames(graph)
+    nodes = [_with_id(_node(node), prefix, node.key) for node in graph.nodes]
+    lines += nodes if machine else _frames(graph)
     keys = {node.key for node in graph.nodes if node.group == LEGEND}
     lines += [bars] if bars else []
-    lines += [_edge(edge, free=edge.kind == "turn" and edge.source not in keys) for edge in graph.edges]
+    starts = sum(edge.kind == "start" for edge in graph.edges)
+    lines += [
+        _with_id(_edge(edge, free=edge.kind == "turn" and edge.source not in keys), prefix, f"t{number}")
+        for number, edge in enumerate(graph.edges, -starts)
+    ]
     lines += _beside(graph) if machine else ()
     return "\n".join([*lines, "}"]) + "\n"
+
+
+def _with_id(line: str, prefix: str | None, name: str) -> str:
+    """The line of a node or an edge, which ends in `;` or in `];`."""
+    if prefix is None:
+        return line
+    return f'{line[:-2]} id="{prefix}{name}"];' if line.endswith("];") else f'{line[:-1]} [id="{prefix}{name}"];'
 
 
 def _frames(graph: Graph) -> Iterator[str]:

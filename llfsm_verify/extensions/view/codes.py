@@ -8,9 +8,11 @@ ABSENT: Final = "E551"
 OTHER: Final = "E552"
 UNWRITTEN: Final = "E553"
 DEAF: Final = "E554"
+WINDOW: Final = "E555"
 CODES: Final = {
     ABSENT: "There is no such file or run to show.",
     OTHER: "The run that is to be shown is not one of this arrangement.",
     UNWRITTEN: "A run that goes on is not written to a file.",
     DEAF: "A page cannot be served on a port.",
+    WINDOW: "A run has no such steps to show.",
 }

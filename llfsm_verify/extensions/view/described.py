@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
 from llfsm_verify import Diagnostic, DiagnosticError, Whiteboard, load
 from llfsm_verify.extensions.view.codes import OTHER
-from llfsm_verify.extensions.view.frames import Drawn, exact
-from llfsm_verify.plug import Arrangement, BoardSlot
+from llfsm_verify.extensions.view.frames import Drawn
+from llfsm_verify.extensions.view.values import signal_of
+from llfsm_verify.plug import Arrangement
 
 UNKNOWN = "this run does not say which arrangement it is of, so machines are not drawn: name it with --arrangement"
 
@@ -48,7 +48,7 @@ def describe(board: Whiteboard, path: str | None, *, strict: bool) -> Described:
         notes.append(f"machines are not drawn: {error.diagnostics[0].message}")
     replaced = _replaced(board)
     notes += [f"`{name}` was replaced since the run began, so it is not drawn" for name in replaced]
-    signals = [_signal(slot) for slot in board.slots]
+    signals = [signal_of(slot) for slot in board.slots]
     numbers = {slot.name: number for number, slot in enumerate(board.slots) if slot.kind == "state"}
     cycle_ms, processes = _cycle(board), []
     machines: list[dict[str, Any]] = []
@@ -117,21 +117,6 @@ def _drawn(arrangement: Arrangement) -> list[dict[str, Any]]:
         }
         for machine in arrangement.texts
     ]
-
-
-def _signal(slot: BoardSlot) -> dict[str, Any]:
-    group = {"state": "states", "input": "inputs", "verdict": "verdicts"}.get(slot.kind, slot.kind)
-    if slot.kind == "machine":
-        group = slot.name.partition(".")[0]
-    found = {"name": slot.name, "kind": slot.kind, "group": group}
-    if slot.labels:
-        return found | {"draw": "boxes", "labels": list(dict.fromkeys(slot.labels))}
-    if slot.boolean:
-        return found | {"draw": "levels"}
-    low, high = (
-        exact(Decimal(bound).scaleb(-slot.digits) if slot.digits else bound) for bound in (slot.low, slot.high)
-    )
-    return found | {"draw": "curve", "low": low, "high": high}
 
 
 def _checked(board: Whiteboard, path: str) -> Arrangement:

@@ -5,20 +5,17 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from decimal import Decimal
 from fractions import Fraction
 from typing import NamedTuple
 
-from llfsm_verify.plug import FRAME_ENDINGS, FRAME_HEADER, BoardSlot, Json, Shown, text
+from llfsm_verify.extensions.view.values import Exact, exact
+from llfsm_verify.plug import FRAME_ENDINGS, FRAME_HEADER, BoardSlot, Json
 
 NUMBER, CYCLE, COMMITTED, LATENESS, MOVED, PROCESS, ENDING, STEPS = (
     FRAME_HEADER[name]
     for name in ("NUMBER", "CYCLE", "COMMITTED", "LATENESS", "MOVED", "PROCESS", "ENDING", "STEPS")
 )  # fmt: skip
 EDGES_US = (5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 50_000)
-MOST_EXACT = 1 << 53
-
-Exact = bool | int | str
 
 
 class Row(NamedTuple):
@@ -211,10 +208,3 @@ def ending_of(frame: Sequence[int], *, gone: bool) -> str:
     """Why there is no frame after this one, or `running`."""
     ending = FRAME_ENDINGS[frame[ENDING]] if 0 <= frame[ENDING] < len(FRAME_ENDINGS) else "died"
     return "died" if gone and ending == "running" else ending
-
-
-def exact(value: Shown) -> Exact:
-    """A value as the document has it: a text where a double would not hold all of its digits."""
-    if isinstance(value, Decimal) or (type(value) is int and abs(value) >= MOST_EXACT):
-        return text(value)
-    return value

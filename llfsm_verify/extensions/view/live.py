@@ -11,9 +11,10 @@ from contextlib import suppress
 from llfsm_verify import Diagnostic, DiagnosticError, Whiteboard, WhiteboardError
 from llfsm_verify.extensions.view.codes import ABSENT
 from llfsm_verify.extensions.view.described import Described, describe
-from llfsm_verify.extensions.view.frames import Exact, FrameReader, Row
+from llfsm_verify.extensions.view.frames import FrameReader, Row
 from llfsm_verify.extensions.view.page import page_html
 from llfsm_verify.extensions.view.server import Site, serve
+from llfsm_verify.extensions.view.values import Exact
 from llfsm_verify.plug import ENDING_WORDS, Json, NoPlace, did_you_mean, whiteboard_names
 
 UPDATES = 30

@@ -39,6 +39,7 @@ def others(monkeypatch: pytest.MonkeyPatch) -> Commands:
         Found("cook", CommandEntry("cook", "os:sep", group="kitchen", runs="os:sep")),
     ]  # fmt: skip
     monkeypatch.setattr("importlib.metadata.entry_points", lambda group: points if group == GROUP else [])
+    monkeypatch.setattr("llfsm_verify.registry.extensions", dict)  # what they have is among those
     found = Commands("command", map(COMMANDS.entry, COMMANDS), GROUP)
     monkeypatch.setattr(commands, "COMMANDS", found)
     return found

@@ -6,6 +6,7 @@ import json
 import re
 import string
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from random import Random
 
@@ -186,6 +187,28 @@ def test_random_texts_have_the_scopes_of_the_lexer() -> None:
     assert any("initially" in text for text in texts)
     for text, found in zip(texts, textmate.tokenise([(LTL, text) for text in texts]), strict=True):
         assert list(wrong(text, found)) == [], text
+
+
+WORDS = (
+    *"xyz", "m@A", "m@{A, B}", '"G"', "if", "else", "for", "in", "and", "or", "not", "true", "self", "after(3)", "0x1F",
+    "0b10", "2.5", "12", "a.b", "t[1]", "int8", "..", "//", "// x = 1;\n", "/* a\n and */", "\n", "?", ":", "++", "--",
+    "<<=", ">>", "&&", "||", "!", "!=", "==", "<=", "~", "^", "+=", "-", "* ", "/ ", "%", "(", ")", "{", "}", ",", ";",
+    "=", "/=",
+)  # fmt: skip
+
+
+def test_random_guards_and_actions_have_the_scopes_of_the_lexer() -> None:
+    random = Random(45)
+    texts = []
+    for _ in range(examples(2_000)):
+        pieces = random.choices(WORDS, k=random.randint(1, 12))
+        texts.append("".join(piece + random.choice((" ", " ", "", "  ")) for piece in pieces))
+    read = 0
+    for text, found in zip(texts, textmate.tokenise([(LANGUAGE, text) for text in texts]), strict=True):
+        with suppress(Unknown):
+            check_language(text, found)
+            read += 1
+    assert read > len(texts) // 2
 
 
 # ---------------------------------------------------------------- guards and actions in YAML

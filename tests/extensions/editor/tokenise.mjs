@@ -1,5 +1,5 @@
-// Tokens by the tokeniser of VS Code: reads {modules, grammars: {scope: file}, injections: [scope], jobs: [[scope, text]]},
-// prints for each text its lines, each a list of [start, end, scopes].
+// Tokens by the tokeniser of VS Code. Reads {modules, grammars: {scope: file}, injections: [scope],
+// jobs: [[scope, text]]}, and prints for each text its lines, each a list of [start, end, scopes].
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 

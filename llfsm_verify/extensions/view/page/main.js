@@ -96,8 +96,9 @@ export function start(page) {
     walk.load(run);
     by("runs").value = chosen;
     by("run-title").textContent = clip(run.name || "Run");
-    const many = run.window ? `; rows ${spell(run.window.first)} to ${spell(run.window.first + rowCount(run) - 1)}` +
-      `${run.window.total === null ? "" : ` of ${spell(run.window.total)}`}` : "";
+    const { first, total } = run.kind === "live" ? {} : run.window || {};
+    const whole = typeof total === "number" ? ` of ${spell(total)}` : "";
+    const many = first === undefined ? "" : `; rows ${spell(first)} to ${spell(first + rowCount(run) - 1)}${whole}`;
     const ending = run.ending ? `; ${clip(run.ending, 400)}` : "";
     const loops = typeof run.loop === "number" ? `; after row ${spell(run.loop)} it repeats forever` : "";
     by("run-text").textContent = `${clip(run.title, 1000)}${loops}${ending}${many}`;

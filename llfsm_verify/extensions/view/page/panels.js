@@ -253,7 +253,9 @@ function drawLateness(place, { edges_us: edges, counts, worst_us: worst, overrun
   const most = Math.max(1, ...counts);
   const name = (i) => `${i < edges.length ? "≤" : ">"} ${wordTime(edges[Math.min(i, edges.length - 1)] / 1000)}`;
   const bar = (count) => make("span", { class: "bar", style: `width: ${(100 * count) / most}%` });
-  const rows = counts.map((count, i) => line(name(i), spell(count), bar(count)));
+  const known = counts.map((count, i) => (count ? i : -1)).filter((i) => i >= 0);
+  const [first, last] = [known[0] ?? 0, known[known.length - 1] ?? -1];
+  const rows = counts.slice(first, last + 1).map((count, i) => line(name(first + i), spell(count), bar(count)));
   const text = `Lateness of cycles: at most ${wordTime(worst / 1000)}, ${spell(overruns)} overruns`;
   place.dataset.worst = worst;
   place.replaceChildren(make("table", {}, make("caption", { text }), make("tbody", {}, ...rows)));

@@ -23,8 +23,9 @@ export function wordLost(state) {
  * has changed; `connection` is `live`, or says in words what it is instead. Where another run goes on, the page is
  * loaded again, by `again`.
  */
-export function follow(address, take, { open = (of) => new EventSource(of), again = () => globalThis.location.reload(), now = Date.now } = {}) {
-  const stream = open(address);
+export function follow(address, take, outside = {}) {
+  const { again = () => globalThis.location.reload(), now = Date.now } = outside;
+  const stream = outside.open ? outside.open(address) : new EventSource(address);
   let connection = "live";
   stream.onmessage = (event) => {
     const update = JSON.parse(event.data);

@@ -6,10 +6,14 @@ import * as transport from "../../../../llfsm_verify/extensions/view/page/transp
 /** Follow a stream that the test speaks for. */
 function followed() {
   const said = [];
-  const stream = { readyState: 0, closed: false, addEventListener: (kind, act) => (stream[kind] = act), close: () => (stream.closed = true) };
+  const stream = {
+    readyState: 0, closed: false, addEventListener: (kind, act) => (stream[kind] = act),
+    close: () => (stream.closed = true),
+  };
   let loads = 0;
   const take = (update, connection) => said.push([update && update.behind_ms, connection]);
-  transport.follow("/events?after=1.0.0", take, { open: (address) => Object.assign(stream, { address }), again: () => (loads += 1), now: () => 1000 });
+  const open = (address) => Object.assign(stream, { address });
+  transport.follow("/events?after=1.0.0", take, { open, again: () => (loads += 1), now: () => 1000 });
   const send = (update, name) => stream.onmessage({ data: JSON.stringify(update), lastEventId: name });
   return { said, stream, send, loads: () => loads };
 }
@@ -32,7 +36,8 @@ test("a run that is over stays so, and a lost connection is told", () => {
   stream.onerror();
   stream.onopen();
   const over = "■ the run is over: a process died";
-  assert.deepEqual(said.map(([, connection]) => connection), [over, transport.wordLost(0), transport.wordLost(2), over]);
+  const told = said.map(([, connection]) => connection);
+  assert.deepEqual(told, [over, transport.wordLost(0), transport.wordLost(2), over]);
   assert.notEqual(transport.wordLost(0), transport.wordLost(2));
 });
 
@@ -51,9 +56,11 @@ test("windows are asked for, and what goes wrong is an error", async () => {
   const before = globalThis.fetch;
   const asked = [];
   try {
-    globalThis.fetch = async (address) => (asked.push(address), { ok: asked.length === 1, text: async () => "the file is gone\n" });
+    const text = async () => "the file is gone\n";
+    globalThis.fetch = async (address) => (asked.push(address), { ok: asked.length === 1, text });
     assert.equal(await transport.fetchWindow("/window", 3, 9), "the file is gone\n");
-    await assert.rejects(transport.fetchWindow("/window", 10, 12), { message: "The rows could not be had: the file is gone" });
+    const gone = { message: "The rows could not be had: the file is gone" };
+    await assert.rejects(transport.fetchWindow("/window", 10, 12), gone);
     assert.deepEqual(asked, ["/window?first=3&last=9", "/window?first=10&last=12"]);
   } finally {
     globalThis.fetch = before;
