@@ -68,7 +68,7 @@ def watch(how: str, seconds: float) -> Watched:
         if how != "alone":
             viewer = left.enter_context(begun([sys.executable, "-c", VIEW]))
             assert viewer.stdout is not None
-            address = viewer.stdout.readline().split(maxsplit=1)[0]
+            address = next(line.split(maxsplit=1)[0] for line in viewer.stdout if line.startswith("http"))
             if how == "page":
                 driver = left.enter_context(opened(address))
             time.sleep(SETTLED)
@@ -86,13 +86,13 @@ def watch(how: str, seconds: float) -> Watched:
 
 @contextmanager
 def begun(command: Sequence[str]) -> Iterator[subprocess.Popen[str]]:
-    """A process, which is ended by Ctrl-C if it goes on."""
+    """A process, which is ended if it goes on."""
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
         try:
             yield process
         finally:
             if process.poll() is None:
-                process.send_signal(2)
+                process.terminate()
                 process.communicate(timeout=PATIENCE)
 
 

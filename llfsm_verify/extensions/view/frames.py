@@ -56,7 +56,7 @@ class Drawn:
         if self.fired is None:
             found = [number for number, target in leaving if target == after]
             return found[0] if len(found) == 1 and before != after else None
-        number = frame[self.fired]
+        number = frame[self.fired] if self.fired < len(frame) else 0
         if not 0 < number <= len(leaving) or leaving[number - 1][1] != after:
             return None  # an operator has moved it as well
         return leaving[number - 1][0]

@@ -11,7 +11,7 @@ from contextlib import suppress
 from llfsm_verify import Diagnostic, DiagnosticError, Whiteboard, WhiteboardError
 from llfsm_verify.extensions.view.codes import ABSENT
 from llfsm_verify.extensions.view.described import Described, describe
-from llfsm_verify.extensions.view.frames import FrameReader, Row
+from llfsm_verify.extensions.view.frames import NUMBER, FrameReader, Row
 from llfsm_verify.extensions.view.page import page_html
 from llfsm_verify.extensions.view.server import Site, serve
 from llfsm_verify.extensions.view.values import Exact
@@ -92,6 +92,8 @@ class Followed:
             if frame is not None:
                 frames.append(frame)
             number = number + 1 if frame is not None else max(number + 1, newest - 2 * BEHIND)
+        if not frames and newest and (frame := self._board.frame()) is not None and frame[NUMBER] > self._reader.last:
+            frames = [frame]  # all others are overwritten before they can be read
         every = -(-len(frames) // max(1, round(FIT * UPDATES * self.nap)))
         rows = []
         for place, frame in enumerate(frames, 1):

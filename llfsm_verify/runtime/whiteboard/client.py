@@ -188,9 +188,9 @@ class Whiteboard(Closing):
         """The number of the newest frame; 0: there is none yet."""
         return self._attached.latest
 
-    def frame(self, number: int) -> list[int] | None:
-        """The frame of this number; None: there is none yet, or it has been overwritten."""
-        return self._attached.frame(number)
+    def frame(self, number: int = 0) -> list[int] | None:
+        """The frame of this number, from 1, or the newest one; None: there is none yet, or it has been overwritten."""
+        return self._attached.frame(number) if number else self._attached.newest()
 
     def fileno(self) -> int:
         """A descriptor that is readable when the server is gone, for `select`."""

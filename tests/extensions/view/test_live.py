@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from decimal import Decimal
@@ -191,6 +192,28 @@ def test_each_row_is_a_frame_of_the_recording(tmp_path):
         assert page.updates[-1]["verdicts"] == {"small": "violated"}
         assert len(page.names) == len(set(page.names))
         page.join()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rate", [1, 20])
+def test_latenesses_are_those_that_the_run_reports(counter, rate):
+    """Of two processes the first turn of a cycle counts; a view that has missed frames has counted fewer."""
+    with lv.load(counter).run(whiteboard="counter", cycles=100 * rate, rate=rate) as run, viewed("counter") as address:
+        page = Page(address)
+        report = run.wait()
+        page.wait(lambda: page.ending)
+    seen, said = page.updates[-1]["lateness"], report.lateness
+    missed = page.rows()[0]["step"] > 0 or any(update["missed"] for update in page.updates)
+    counted = (sum(seen["counts"]), round(1000 * seen["worst_us"]), seen["overruns"])
+    expected = (said.turns, said.worst, said.overruns)
+    assert all(map(int.__le__, counted, expected)) if missed else counted == expected
+    edges = [0, *seen["edges_us"], float("inf")]
+    assert (
+        next(edges[i + 1] for i, n in enumerate(seen["counts"]) if not sum(seen["counts"][i + 1 :])) * 1000
+        >= counted[1]
+    )
+    marks = [mark for mark in page.run["marks"] if mark["kind"] == "overrun"]
+    assert len(marks) <= said.overruns and (missed or len(marks) == said.overruns)
 
 
 @pytest.mark.slow
@@ -393,3 +416,25 @@ def test_documents_and_updates_are_of_the_schema(counter):
             page.wait(lambda page=page: page.ending)
             for sent in page.updates:
                 jsonschema.validate(sent, update)
+
+
+@pytest.mark.slow
+def test_a_run_that_does_not_wait_is_sampled():
+    """Millions of cycles a second: a page gets some of them, at most 30 times a second, and the others are counted."""
+    began = time.monotonic()
+    with lv.load(LIFT).run(simulate=True, seed=1, rate=0, whiteboard="fast") as run, viewed("fast") as address:
+        page = Page(address)
+        page.wait(lambda: len(page.updates) > 8)
+        run.stop()
+        report = run.wait()
+        page.wait(lambda: page.ending)
+    most = 2 + live.UPDATES * (time.monotonic() - began)
+    assert len(page.updates) <= most
+    steps = page.run["rows"]["step"]
+    assert steps == sorted(steps) and steps[-1] == report.ringlets
+    rows = sum(len(update["rows"]["step"]) for update in page.updates)
+    assert rows <= most * live.FIT
+    lost = sum(update["missed"] + update["skipped"] for update in page.updates)
+    begin = len(steps) - rows
+    assert rows + lost == report.frames - 1 - steps[begin - 1] // 2, "each frame is a row, or is counted"
+    assert page.updates[-1]["lateness"] is None

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from llfsm_verify.extensions.view import page
+from llfsm_verify.extensions.view.shapes import shapes
 from tests import outside
 from tests.extensions.view.samples import sample
-from tests.extensions.view.shapes import shapes
 
 HERE = Path(__file__).with_name("js")
 PAGE = Path(page.__file__).with_name("page")
