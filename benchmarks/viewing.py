@@ -68,7 +68,7 @@ def watch(how: str, seconds: float) -> Watched:
         if how != "alone":
             viewer = left.enter_context(begun([sys.executable, "-c", VIEW]))
             assert viewer.stdout is not None
-            address = viewer.stdout.readline().split(maxsplit=1)[0]
+            address = next(line.split(maxsplit=1)[0] for line in viewer.stdout if line.startswith("http"))
             if how == "page":
                 driver = left.enter_context(opened(address))
             time.sleep(SETTLED)

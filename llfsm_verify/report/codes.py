@@ -55,7 +55,7 @@ FILES = {
     "E410": "The arrangement of a trace did not come from a file.",
     "E411": "A step of a trace names a process or a value that the arrangement does not have any more.",
     "E412": "Standard output cannot be written.",
-    "E490": "The page of `llfsm report` cannot be written.",
+    "E490": "A report cannot be written there, or would replace a file that was read.",
     **CHECKPOINTS,
     "E450": "A certificate cannot be written or read there.",
     "E451": "A certificate would replace a file that is an input of the check.",

@@ -77,9 +77,9 @@ REPORTS = Reports(
     result=Registry(
         "report format",
         [
-            ReportEntry("text", "llfsm_verify.report.text:report", "for people"),
+            ReportEntry("text", "llfsm_verify.report.text:report", "for people", (".txt",)),
             ReportEntry(
-                "json", "llfsm_verify.report.json:report", "one object, schema `result`",
+                "json", "llfsm_verify.report.json:report", "one object, schema `result`", (".json",),
                 failure="llfsm_verify.report.json:failure_json",
             ),
         ],

@@ -6,11 +6,12 @@ from llfsm_verify.plug import ReportEntry
 
 ENTRIES = {
     "llfsm_verify.reports.result": (
-        ReportEntry("junit", f"{__name__}.junit:report", "JUnit XML, for continuous integration"),
+        ReportEntry("junit", f"{__name__}.junit:report", "JUnit XML, for continuous integration", (".xml",)),
         ReportEntry(
             "sarif",
             f"{__name__}.sarif:report",
             "SARIF 2.1.0, for code hosts",
+            (".sarif",),
             failure=f"{__name__}.sarif:failure_sarif",
         ),
     ),

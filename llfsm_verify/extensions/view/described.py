@@ -12,6 +12,7 @@ from llfsm_verify import Diagnostic, DiagnosticError, Whiteboard, load
 from llfsm_verify.extensions.view.codes import OTHER
 from llfsm_verify.extensions.view.colours import colours_of
 from llfsm_verify.extensions.view.frames import Drawn
+from llfsm_verify.extensions.view.sources import Files, arrangement_svg, machines_of
 from llfsm_verify.extensions.view.values import signal_of
 from llfsm_verify.plug import Arrangement
 
@@ -51,14 +52,12 @@ def describe(board: Whiteboard, path: str | None, *, strict: bool) -> Described:
     notes += [f"`{name}` was replaced since the run began, so it is not drawn" for name in replaced]
     signals = [signal_of(slot) for slot in board.slots]
     numbers = {slot.name: number for number, slot in enumerate(board.slots) if slot.kind == "state"}
-    cycle_ms, processes = _cycle(board), []
-    machines: list[dict[str, Any]] = []
+    cycle_ms, files, processes = _cycle(board), Files(), []
+    machines = [_plain(name, board.machines[name]) | {"signal": numbers[name]} for name in numbers]
     if arrangement is not None:
         processes = [{"name": of.name, "machines": list(of.schedule)} for of in arrangement.processes]
-        machines = _drawn(arrangement)
-    plain = {name: _plain(name, board.machines[name]) for name in numbers}
-    known = {machine["name"]: machine for machine in machines if machine["name"] not in replaced}
-    machines = [{**known.get(name, plain[name]), "signal": numbers[name]} for name in plain]
+        plain = {machine["name"]: machine for machine in machines if machine["name"] in replaced}
+        machines = [plain.get(machine["name"], machine) for machine in machines_of(arrangement, files, numbers)]
     places = {machine["name"]: place for place, machine in enumerate(machines)}
     document = {
         "format": "llfsm-view", "version": 1, "source": "live", "title": board.name, "notes": notes,
@@ -66,15 +65,17 @@ def describe(board: Whiteboard, path: str | None, *, strict: bool) -> Described:
             "name": board.name if arrangement is None else arrangement.name,
             "path": None if arrangement is None else arrangement.path,
             "cycle_ms": None if cycle_ms is None else float(cycle_ms), "processes": processes,
+            "svg": None if arrangement is None else arrangement_svg(arrangement),
         },
-        "files": [], "machines": machines, "signals": signals,
-        "colours": colours_of(label for slot in board.slots for label in slot.labels),
+        "files": files.entries, "machines": machines, "signals": signals,
+        "colours": colours_of(dict.fromkeys(label for slot in board.slots for label in slot.labels)),
     }  # fmt: skip
     fired = board.told.get("fired")
     words = {name: word for name, word in (fired if isinstance(fired, dict) else {}).items() if isinstance(word, int)}
     drawn = tuple(
         Drawn(place, machine["signal"], _leaving(machine), words.get(machine["name"]))
         for place, machine in enumerate(machines)
+        if machine["signal"] is not None
     )
     alone = [of["machines"][0] if len(of["machines"]) == 1 else None for of in processes]
     return Described(document, drawn, tuple(places.get(name, -1) for name in alone), cycle_ms)
@@ -104,21 +105,6 @@ def _plain(name: str, states: Sequence[str]) -> dict[str, Any]:
     """A machine of which only the states are known."""
     listed = [{"name": state, "node": None, "place": None} for state in states]
     return {"name": name, "kind": "machine", "signal": None, "states": listed, "transitions": [], "svg": None}
-
-
-def _drawn(arrangement: Arrangement) -> list[dict[str, Any]]:
-    return [
-        {
-            **_plain(machine.name, [state.name for state in machine.states]),
-            "kind": machine.kind,
-            "transitions": [
-                {"source": source, "target": taken.target, "when": taken.text, "edge": None, "place": None}
-                for source, state in enumerate(machine.states)
-                for taken in state.transitions
-            ],
-        }
-        for machine in arrangement.texts
-    ]
 
 
 def _checked(board: Whiteboard, path: str) -> Arrangement:

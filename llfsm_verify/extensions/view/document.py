@@ -151,11 +151,9 @@ class _Page:
             run.mark(end, words, ("it is reached here" if kind == "witness" else "it is violated here") + because)
         made = run.made(name, kind, title, asked)
         made["loop"] = run.row_of(trace.loop) if trace.loop is not None else None
-        if trace.loop is not None:
-            made["ending"] = f"from step {trace.loop + 1} on it repeats forever"
-        elif trace.fault is not None:
+        if trace.fault is not None:
             made["ending"] = "it ends in a fault"
-        elif trace.because:
+        elif trace.loop is None:
             made["ending"] = trace.because
         self.runs.append(made)
 

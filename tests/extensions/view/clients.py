@@ -71,7 +71,9 @@ class Address:
         with self.call() as connection:
             connection.sendall(self.request(path, *lines))
             with connection.makefile("rb") as file:
-                assert file.readline().split()[1] == b"200"
+                if not (first := file.readline()):
+                    raise ConnectionResetError
+                assert first.split()[1] == b"200"
                 while file.readline().strip():
                     pass
                 yield events(line.decode().rstrip("\n") for line in file)

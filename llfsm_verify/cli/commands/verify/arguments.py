@@ -65,6 +65,8 @@ def _files(group: Group) -> None:
     add = group.add_argument
     add("--save-traces", metavar="DIR", help="save each trace as DIR/NAME.trace.yaml")
     repeatable(group, "--save-as", choices=TIMELINES, text="save each trace of --save-traces in this format as well")
+    endings = ", ".join(f"{ending} {name}" for ending, name in REPORTS.result.suffixes.items())
+    repeatable(group, "--report", metavar="FILE", text=f"also write the whole report, by FILE's ending: {endings}")
     add("--certificate", metavar="FILE", help="write a certificate of the verdicts, for llfsm-check-certificate")
     add("--check-certificate", metavar="FILE", help="check a certificate, and that it is about these files")
     add("--save-invariants", metavar="FILE", help="write the invariants that --engine pdr or induction has found")

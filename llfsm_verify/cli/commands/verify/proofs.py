@@ -24,6 +24,7 @@ def refuse_misuse(options: Namespace) -> None:
     unused = {
         "--save-traces": options.save_traces is not None,
         "--save-invariants": options.save_invariants is not None,
+        "--report": bool(options.report),
     }
     _refuse_pair(options, "--certificate", "--check-certificate", "--checkpoint", "writes nothing", unused)
     needless = "searches for nothing and writes nothing"
@@ -67,6 +68,7 @@ def _unused(options: Namespace) -> dict[str, bool]:
         "--depth": options.depth is not None,
         "--save-traces": options.save_traces is not None,
         "--save-as": bool(options.save_as),
+        "--report": bool(options.report),
         "--all": options.all > 1,
         "--strict": options.strict,
         "--vacuity": options.vacuity,

@@ -4,30 +4,37 @@ from __future__ import annotations
 
 import time
 from argparse import Namespace
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options, Result
+from llfsm_verify.cli import BAD_INPUT
 from llfsm_verify.cli.certificates import write_certificate
 from llfsm_verify.cli.commands.verify import proofs
 from llfsm_verify.cli.commands.verify.watching import Checked, verdicts_of, watch
 from llfsm_verify.cli.disagreement import both_saved
 from llfsm_verify.cli.engine_options import given_options, refuse_misplaced
-from llfsm_verify.cli.io.files import announce, is_same_file, ready, traces_ready
+from llfsm_verify.cli.io.files import announce, is_same_file, ready, traces_ready, write_whole
 from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
+from llfsm_verify.cli.kinds import by_kind
 from llfsm_verify.cli.opening import chosen, limits_of, open_arrangement, read_properties, told
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.report.entry import ReportEntry
 from llfsm_verify.report.formats import REPORTS, Style
+from llfsm_verify.report.plain import PIPE_WIDTH, plain_text
 from llfsm_verify.stages import record, stage
 from llfsm_verify.verification.engines import ENGINES
+
+REPORT = ("E490", "the report")
+"""What is wrong where it cannot be written, and what it is called."""
 
 
 def run(options: Namespace) -> int:
@@ -45,10 +52,37 @@ def run(options: Namespace) -> int:
 
 
 def _verified(options: Namespace) -> Checked:
-    """Check once."""
-
+    """Check once, and write the reports, also of files that are wrong."""
     if options.watch:
         options.started = time.perf_counter()
+    reports = _formats_of(options.report)
+    spare = {file: name for file, name in reports.items() if not Path(file).exists()}
+    try:
+        return _checked(options, reports, spare)
+    except DiagnosticError as error:
+        for file, name in spare.items():
+            entry = REPORTS.result[name]
+            failed = entry.failed() if isinstance(entry, ReportEntry) else None
+            with suppress(DiagnosticError):
+                if failed is not None:
+                    write_whole(f"{failed(by_kind(error.diagnostics, options), BAD_INPUT)}\n", file, *REPORT)
+        raise
+
+
+def _formats_of(files: Sequence[str]) -> dict[str, str]:
+    """The format of each file. UsageError: none ends so. ModuleNotFoundError: a package is not installed."""
+    found = {}
+    for file in files:
+        name = REPORTS.result.named_by(file)
+        if name is None:
+            raise UsageError(f"no report ends like `{file}`: name it {', '.join(REPORTS.result.suffixes)}")
+        REPORTS.result.load(name)
+        found[file] = name
+    return found
+
+
+def _checked(options: Namespace, reports: dict[str, str], spare: dict[str, str]) -> Checked:
+    """Check. `spare`: the reports that replace no input, as far as is known."""
     _spare_inputs(options)
     with stage("reading the arrangement"):
         arrangement = open_arrangement(options.arrangement)
@@ -62,6 +96,9 @@ def _verified(options: Namespace) -> Checked:
     ready(arrangement, properties, options.certificate, ("E451", "E450"), "the certificate", whole=True)
     codes = ("E454", "E452")
     ready(arrangement, properties, options.save_invariants, codes, "the file of invariants", whole=True)
+    for file in reports:
+        ready(arrangement, properties, file, (REPORT[0], REPORT[0]), REPORT[1])
+    spare |= reports
     traces_ready(arrangement, properties, options.save_traces, options.save_as)
     if options.check_invariants is not None:
         return Checked(proofs.check_invariants(options, arrangement, properties, limits_of(options)))
@@ -71,7 +108,8 @@ def _verified(options: Namespace) -> Checked:
     # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
     saved = _save(result, arrangement, properties, options)
     with stage("printing"):
-        gone = _report(result, arrangement, options)
+        gone = _report(result, arrangement, options, reports)
+    spare.clear()
     for path in saved:
         announce(path)
     if options.certificate is not None:
@@ -139,11 +177,16 @@ def _save(result: Result, arrangement: Arrangement, properties: PropertySet, opt
     return saved
 
 
-def _report(result: Result, arrangement: Arrangement, options: Namespace) -> bool:
-    """Print the result; whether the reader has gone."""
+def _report(result: Result, arrangement: Arrangement, options: Namespace, reports: Mapping[str, str]) -> bool:
+    """Write the reports and print the result; whether the reader has gone."""
+    style = Style(fold=not options.all_steps, whole=time.perf_counter() - options.started)
+    for file, name in reports.items():
+        made = REPORTS.result.load(name)(result, arrangement, style)
+        text = f"{made}\n" if isinstance(made, str) else plain_text(made, options.width or PIPE_WIDTH)
+        write_whole(text, file, *REPORT)
     output = Output(options.color, options.width)
-    style = Style(quiet=options.quiet, fold=not options.all_steps, whole=time.perf_counter() - options.started)
-    output.write(REPORTS.result.load(options.format)(result, arrangement, style))
+    output.write(REPORTS.result.load(options.format)(result, arrangement, replace(style, quiet=options.quiet)))
+    tell(*(f"{file} written" for file in reports))
     return output.closed
 
 
