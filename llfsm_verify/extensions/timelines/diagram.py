@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 
 from llfsm_verify.extensions.view.colours import colour_of
 from llfsm_verify.extensions.view.shapes import shapes
-from llfsm_verify.extensions.view.values import exact
+from llfsm_verify.extensions.view.values import FEW, exact
 from llfsm_verify.plug import Signal, Timeline, take, text
 from llfsm_verify.plug import TimelineRow as Row
 
@@ -20,8 +20,6 @@ NARROWEST, WIDEST, USUAL = 4.0, 60.0, 900.0
 """Pixels of a row at least and at most, and of the whole diagram where that allows it."""
 MOST_NAME, MOST_TITLE = 48, 110
 """Letters that are written of a name, and of a title; the rest is left out."""
-FEW = 8
-"""So many different numbers are boxes with their texts; more are a curve."""
 INK, QUIET, DENSE, BAD, LOOP = "#1c2733", "#56626e", "#c3cad1", "#a8201a", "#1f4e9c"
 STYLE = (
     f"text{{font:12px 'DejaVu Sans Mono',Menlo,Consolas,monospace;fill:{INK}}}.quiet{{fill:{QUIET}}}"

@@ -12,7 +12,7 @@ from llfsm_verify.extensions.view.codes import WINDOW
 from llfsm_verify.extensions.view.colours import colours_of
 from llfsm_verify.extensions.view.performing import Performing, Step, Taken
 from llfsm_verify.extensions.view.sources import Files, arrangement_svg, machines_of
-from llfsm_verify.extensions.view.values import exact, signal_of
+from llfsm_verify.extensions.view.values import drawn_as_shown, exact, signal_of
 from llfsm_verify.plug import (
     Arrangement,
     Coverage,
@@ -167,6 +167,7 @@ class _Page:
     ) -> Document:  # fmt: skip
         """The whole."""
         arrangement, signals = self.arrangement, self.signals()
+        drawn_as_shown(signals, self.runs)
         states = {signal["name"]: number for number, signal in enumerate(signals) if signal["kind"] == "state"}
         machines = machines_of(arrangement, self.files, states)
         names = chain.from_iterable([s["name"] for s in machine["states"]] for machine in machines)
