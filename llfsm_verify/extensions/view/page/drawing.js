@@ -123,7 +123,7 @@ function drawMachine(view, machine, index, style) {
     drawing.setAttribute("aria-label", `Drawing of ${clip(machine.name)}`);
     for (const named of drawing.querySelectorAll("[id]")) if (named.localName === "g") named.removeAttribute("id");
     element.append(make("div", { class: "drawing", tabindex: 0, role: "group", "aria-label": "Drawing" }, drawing));
-    fit(drawing);
+    if (fit(drawing) > 600) element.classList.add("broad");
   } else {
     element.append(make("ol", { class: "states" }, ...nodes));
   }
@@ -136,12 +136,13 @@ function drawMachine(view, machine, index, style) {
   return { element, nodes, edges, state, count, fired, marks };
 }
 
-/** Graphviz says sizes in points; a drawing is as wide as that, or as its place allows. */
+/** Graphviz says sizes in points; a drawing is as wide as that, or as its place allows. Returns its width in points. */
 function fit(drawing) {
   const [, , width] = (drawing.getAttribute("viewBox") || "").split(/[\s,]+/).map(Number);
   drawing.removeAttribute("height");
   drawing.removeAttribute("width");
   if (width > 0) drawing.style.width = `${Math.round(width * 1.2)}px`;
+  return width;
 }
 
 /** Scroll a drawing so that what is active can be seen. */

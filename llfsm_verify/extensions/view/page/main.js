@@ -129,7 +129,7 @@ export function start(page) {
   by("runs").append(...view.runs.map((run, i) => make("option", { value: i, text: title(run, i) })));
   by("runs").addEventListener("change", () => choose(Number(by("runs").value)));
   if (view.runs.length) choose(0);
-  else refresh();
+  else showNoRun(by);
   const { events, window: windows } = JSON.parse(embeddedText(page, "view-endpoints") || "null") ?? {};
   const turn = windows && view.runs.length && view.runs[0].window ? offerWindows(view, by, windows, choose) : () => {};
   const other = (way) => view.runs.length && choose((index + way + view.runs.length) % view.runs.length);
@@ -144,6 +144,14 @@ export function start(page) {
   }
   page.defaultView.addEventListener("resize", refresh);
   return { view, walk, refresh };
+}
+
+/** Without a run there are only machines, none of whose states is marked as never entered. */
+function showNoRun(by) {
+  by("run-title").textContent = "Model";
+  for (const id of ["player", "said", "timing", "values"]) by(id).hidden = true;
+  for (const part of by("machines").querySelectorAll("[data-state], [data-transition]")) part.classList.add("visited");
+  for (const said of by("machines").querySelectorAll(".fired, .mark")) said.hidden = true;
 }
 
 /** The elements that are on the screen or near it; `changed` is called when others are. */

@@ -58,11 +58,19 @@ export function listVerdicts(view, section, choose, open) {
     table("Verdicts", ["Property", "Verdict", "Formula and reason", "How, where", "Runs"], rows));
 }
 
+/** The last folders of a path, as many as have room. */
+function shortPath(path, most = 36) {
+  const parts = path.split("/");
+  while (parts.length > 1 && parts.join("/").length > most) parts.shift();
+  const kept = parts.join("/");
+  return `${kept === path ? "" : "…/"}${kept.slice(-most)}`;
+}
+
 /** Show the sources in an element. Returns functions that mark what ran at a row, and open a place. */
 export function showSources(view, section) {
   section.hidden = !view.files.length;
   const files = make("select", { id: "files", onchange: () => open([Number(files.value), 1, 0, 0, 0]) },
-    ...view.files.map(({ name }, i) => make("option", { value: i, text: name.replace(/^.*(?=.{44}$)/s, "…") })));
+    ...view.files.map(({ name }, i) => make("option", { value: i, text: shortPath(name) })));
   const along = make("input", { type: "checkbox", id: "along", checked: true });
   const text = make("div", { class: "text", tabindex: 0, role: "region", "aria-label": "Source text" });
   const none = make("p", { class: "quiet ran-none", text: "" });
