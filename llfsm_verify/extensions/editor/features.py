@@ -1,6 +1,8 @@
-"""What the server is asked, by the names of the protocol."""
+"""What the server is asked, by the names of the protocol, and its start."""
 
 from __future__ import annotations
+
+import os
 
 from lsprotocol import types
 
@@ -11,6 +13,19 @@ from llfsm_verify.extensions.editor.looking import Look, declaration, describe, 
 from llfsm_verify.extensions.editor.names import Place
 from llfsm_verify.extensions.editor.positions import moved
 from llfsm_verify.extensions.editor.server import CHECK, SHOW, Server, file_of
+
+
+def run() -> int:
+    """Serve the editor at standard input and output, until it ends that."""
+    server = Server()
+    register(server)
+    try:
+        incoming, outgoing = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+        os.dup2(2, 1)  # what is printed by mistake is no message
+        server.start_io(incoming, outgoing)
+    finally:
+        server.pages.cleanup()
+    return 0
 
 
 def register(server: Server) -> None:
