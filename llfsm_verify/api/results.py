@@ -64,6 +64,11 @@ class CheckResult(Readable):
 
         return result_text(self.wrapped)
 
+    def _pictures(self) -> Iterator[str]:
+        for item in self:
+            for trace in item.traces[:1]:
+                yield from trace._pictures()
+
     @property
     def verdict(self) -> Verdict:
         """Of the whole check, faults included: violated if anything is, else unknown if anything is, else holds."""
