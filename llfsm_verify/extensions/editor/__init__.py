@@ -8,7 +8,7 @@ What a user writes: an editor starts the server and speaks with it at standard i
     > textDocument/codeAction
     < Replace `GREN` by `GREEN`
     > workspace/executeCommand llfsm.check ["file:///…/door.ltl", "both"]
-    < {"verdict": "violated", "text": "violated after 5 steps", "path": "/tmp/llfsm-…/….html"}
+    < {"verdict": "violated", "text": "violated", "path": "/tmp/llfsm-…/….html"}
 
 The commands are `llfsm.check URI NAME`, which gives `verdict` and `text`, and `llfsm.show URI NAME`, which gives the
 `path` of a page of the violation (or null, and the reason in `message`). `initializationOptions` may say

@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
+from difflib import SequenceMatcher
 from functools import lru_cache
 
 from lsprotocol.types import Position, PositionEncodingKind, Range
 
 _END = re.compile(r"\r\n|\n|\r")
 _BOM = "\ufeff"
+MOST_LINES = 1_000
+"""Changed lines that are compared one by one."""
 
 
 class Lines:
@@ -83,11 +86,33 @@ def _difference(old: str, new: str) -> tuple[int, int]:
     return start, low
 
 
+@lru_cache(maxsize=64)
+def _kept(old: str, new: str) -> list[tuple[int, int, int]]:
+    """The pieces that two texts share, in order: where each begins in the one and in the other, and its length. Between
+    a common beginning and end these are whole lines."""
+    start, end = _difference(old, new)
+    found, at_old, at_new = [(0, 0, start)], start, start
+    before, after = (text[start : len(text) - end].splitlines(keepends=True) for text in (old, new))
+    if max(len(before), len(after)) <= MOST_LINES:
+        line = 0, 0
+        for block in SequenceMatcher(None, before, after, autojunk=False).get_matching_blocks():
+            at_old += sum(map(len, before[line[0] : block.a]))
+            at_new += sum(map(len, after[line[1] : block.b]))
+            size = sum(map(len, before[block.a : block.a + block.size]))
+            found.append((at_old, at_new, size))
+            line, at_old, at_new = (block.a + block.size, block.b + block.size), at_old + size, at_new + size
+    return [*found, (len(old) - end, len(new) - end, end)]
+
+
 def moved(offset: int, old: str, new: str) -> int:
     """Where the character at an offset of the old text is in the new one; what was replaced is at its beginning."""
     if old == new:
         return offset
-    start, end = _difference(old, new)
-    if offset < start:
-        return offset
-    return max(start, offset + len(new) - len(old)) if offset >= len(old) - end else start
+    last = 0
+    for first, second, size in _kept(old, new):
+        if offset < first:
+            return last
+        if offset < first + size or first + size == len(old):
+            return min(second + offset - first, len(new))
+        last = second + size
+    return last

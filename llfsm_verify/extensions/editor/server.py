@@ -145,7 +145,7 @@ class Server(LanguageServer):
 
     def _put(self, file: str, found: tuple[Findings, ...]) -> None:
         roots = {findings.root for findings in found}
-        files: set[str] = set()
+        files = {file}
         for root, old in list(self.state.found.items()):
             if file in old.sorts and root not in roots and root == file:  # it belongs to an arrangement now
                 files |= set(self.state.found.pop(root).sorts)

@@ -117,13 +117,14 @@ class _Scan:
                 return
             self.open.append((key.start(1), key[1].strip("\"'")))
             at = key.end()
-            rest = line[at:].lstrip()
+            rest = re.sub(r"^(?:[&!]\S*[ ]+)+", "", line[at:].lstrip())  # after an anchor or a tag
             self.start = begin + len(line) - len(rest) if rest else begin + at
             if rest[:1] in ("|", ">"):
                 self.text_column = key.start(1)
                 return
             if rest[:1] not in ("{", "["):
                 return
+            at = len(line) - len(rest)
         self._flow(line, at, begin, most, indent)
 
     def _flow(self, line: str, at: int, begin: int, most: int, indent: int) -> None:

@@ -1,147 +1,176 @@
-"""Timelines as a timing diagram: a lane for each signal, time from left to right."""
+"""Timelines as a timing diagram: a lane for each signal, time from left to right, in the shapes of pages."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from fractions import Fraction
-from itertools import pairwise
-from typing import BinaryIO, NamedTuple
+from typing import Any, BinaryIO
 from xml.etree import ElementTree as ET
 
-from llfsm_verify.plug import Shown, Signal, Timeline, take, text
+from llfsm_verify.extensions.view.colours import colour_of
+from llfsm_verify.extensions.view.shapes import shapes
+from llfsm_verify.extensions.view.values import FEW, exact
+from llfsm_verify.plug import Signal, Timeline, take, text
 from llfsm_verify.plug import TimelineRow as Row
 
 MOST_ROWS = 2000
-LANE, GAP, HEAD, FOOT, MARGIN = 24, 10, 44, 40, 16
+LANE, GAP, HEAD, FOOT, MARGIN = 24, 10, 68, 40, 16
 LETTER = 7.2
 """Width of a letter of the font, 12 pixels high."""
 NARROWEST, WIDEST, USUAL = 4.0, 60.0, 900.0
 """Pixels of a row at least and at most, and of the whole diagram where that allows it."""
-TICKS = 8
-COLOURS = ("#cfe3f6", "#fbe0bd", "#d6efd2", "#ecd6f0", "#f6d3d3", "#d9e6e4", "#efe9c3", "#e2e2ea")
-INK, QUIET = "#1c2733", "#8a94a0"
-STYLE = f"text{{font:12px 'DejaVu Sans Mono',Menlo,Consolas,monospace;fill:{INK}}}.quiet{{fill:{QUIET}}}"
-
-
-class _Stretch(NamedTuple):
-    """A value from one moment to another, in pixels."""
-
-    begin: float
-    end: float
-    value: Shown
+MOST_NAME, MOST_TITLE = 48, 110
+"""Letters that are written of a name, and of a title; the rest is left out."""
+INK, QUIET, DENSE, BAD, LOOP = "#1c2733", "#56626e", "#c3cad1", "#a8201a", "#1f4e9c"
+STYLE = (
+    f"text{{font:12px 'DejaVu Sans Mono',Menlo,Consolas,monospace;fill:{INK}}}.quiet{{fill:{QUIET}}}"
+    f".bad{{fill:{BAD};font-weight:bold}}.loop{{fill:{LOOP}}}.title{{font-weight:bold}}"
+)
 
 
 def write_svg(timeline: Timeline, file: BinaryIO) -> None:
-    """States and values of enumerations are boxes with their names, Booleans lines of two levels, numbers boxes whose
-    text is their value. Signals that never change are listed below. What is too long says how much it shows."""
+    """States, values of enumerations and few numbers are boxes with their names, Booleans lines of two levels, many
+    numbers curves between their least and greatest. Signals that never change are listed below. The step that violates
+    the property of a trace and its loop are marked. What is too long says how much it shows."""
     rows, more = take(timeline.rows, MOST_ROWS)
     moving = [i for i in range(len(timeline.signals)) if len({row.values[i] for row in rows}) > 1]
     still = [i for i in range(len(timeline.signals)) if i not in moving]
-    left = MARGIN + LETTER * max([len(timeline.signals[i].name) for i in moving] + [4]) + 12
+    names = [_short(timeline.signals[i].name, MOST_NAME) for i in moving]
+    left = MARGIN + LETTER * max([*map(len, names), 4]) + 12
     step = min(WIDEST, max(NARROWEST, USUAL / max(1, len(rows))))
     right = left + step * len(rows)
+    title = _short(": ".join(filter(None, (timeline.title, timeline.shows))), MOST_TITLE)
     notes = list(_notes(timeline, rows, still, more, right))
-    height = HEAD + len(moving) * (LANE + GAP) + FOOT + 18 * len(notes)
-    width = max(right + MARGIN, left + LETTER * len(timeline.title))
+    bottom = HEAD + len(moving) * (LANE + GAP)
+    height = bottom + FOOT + 18 * len(notes)
+    width = max([right, *(MARGIN + LETTER * len(line) for line in (title, *notes))]) + MARGIN
     root = ET.Element(
         "svg", xmlns="http://www.w3.org/2000/svg", width=f"{width:.0f}", height=f"{height:.0f}",
         viewBox=f"0 0 {width:.0f} {height:.0f}", role="img",
     )  # fmt: skip
-    ET.SubElement(root, "title").text = timeline.title
+    ET.SubElement(root, "title").text = title
     ET.SubElement(root, "style").text = STYLE
     ET.SubElement(root, "rect", width="100%", height="100%", fill="white")
-    _write(root, MARGIN, 20, timeline.title, weight="bold")
-    bottom = HEAD + len(moving) * (LANE + GAP)
-    _axis(root, timeline, rows, left, step, bottom)
-    for lane, number in enumerate(moving):
-        top = HEAD + lane * (LANE + GAP)
-        signal = timeline.signals[number]
-        _write(root, left - 12, top + 16, signal.name, anchor="end")
-        stretches = list(_stretches(rows, number, left, step))
-        if signal.type.boolean and not signal.labels:
-            _levels(root, stretches, top)
-        else:
-            _boxes(root, signal, stretches, top)
+    _write(root, MARGIN, 20, title, kind="title")
+    entries = [_entry(timeline.signals[i], [row.values[i] for row in rows]) for i in moving]
+    if rows:
+        times = [timeline.time_ms(row) for row in rows]
+        changes = [_changes([row.values[i] for row in rows]) for i in moving]
+        columns = {
+            "cycle": [row.cycle for row in rows],
+            "time_ms": None if None in times else [float(time) for time in times if time is not None],
+        }
+        run = {"rows": columns, "changes": changes}
+        cycle_ms = None if timeline.cycle_ms is None else float(timeline.cycle_ms)
+        document = {"signals": entries, "arrangement": {"cycle_ms": cycle_ms}}
+        drawn = shapes(document, run, 0, len(rows) - 1, step * len(rows))
+        _marks(root, timeline, rows, (left, step, bottom))
+        _axis(root, drawn["ticks"], left, right, bottom)
+        for lane, (name, entry) in enumerate(zip(names, entries, strict=True)):
+            top = HEAD + lane * (LANE + GAP)
+            _write(root, left - 12, top + 16, name, anchor="end")
+            draw = _boxes if entry["draw"] == "boxes" else _line
+            draw(root, entry, [_moved(one, left) for one in drawn["lanes"][lane]], top)
     for number, note in enumerate(notes):
-        _write(root, MARGIN, bottom + FOOT + 18 * number, note, quiet=True)
+        _write(root, MARGIN, bottom + FOOT + 18 * number, note, kind="quiet")
     file.write(ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
 
 
-def _stretches(rows: Sequence[Row], number: int, left: float, step: float) -> Iterator[_Stretch]:
-    begin = 0
-    for i in range(1, len(rows) + 1):
-        if i == len(rows) or rows[i].values[number] != rows[begin].values[number]:
-            yield _Stretch(left + step * begin, left + step * i, rows[begin].values[number])
-            begin = i
+def _entry(signal: Signal, values: Sequence[Any]) -> dict[str, Any]:
+    """The signal as a page has it, a number from the least to the greatest that is shown."""
+    found: dict[str, Any] = {"name": signal.name, "draw": "boxes", "labels": signal.labels}
+    if signal.labels:
+        return found
+    if signal.type.boolean:
+        return found | {"draw": "levels"}
+    if len(set(values)) <= FEW:
+        return found
+    return found | {"draw": "curve", "low": exact(min(values)), "high": exact(max(values))}
 
 
-def _boxes(root: ET.Element, signal: Signal, stretches: Sequence[_Stretch], top: float) -> None:
+def _changes(values: Sequence[Any]) -> dict[str, list[Any]]:
+    at = [i for i, value in enumerate(values) if i == 0 or value != values[i - 1]]
+    return {"at": at, "values": [values[i] for i in at]}
+
+
+def _moved(stretch: dict[str, Any], left: float) -> dict[str, Any]:
+    return stretch | {"begin": left + stretch["begin"], "end": left + stretch["end"]}
+
+
+def _boxes(root: ET.Element, entry: dict[str, Any], stretches: Sequence[dict[str, Any]], top: float) -> None:
     for stretch in stretches:
-        label = text(stretch.value)
-        colour = COLOURS[signal.labels.index(label) % len(COLOURS)] if label in signal.labels else "#f3f5f7"
-        box = ET.SubElement(
-            root, "rect", x=f"{stretch.begin:.1f}", y=f"{top}", width=f"{stretch.end - stretch.begin:.1f}",
-            height=f"{LANE}", fill=colour, stroke=INK,
-        )  # fmt: skip
+        begin, end, dense = stretch["begin"], stretch["end"], stretch["value"] is None
+        label = "" if dense else text(stretch["value"])
+        fill = DENSE if dense else colour_of(label)[0] if label in entry["labels"] else "#f3f5f7"
+        box = _box(root, begin, end, top, LANE, fill=fill, stroke=INK)
         box.set("stroke-width", "0.7")
-        ET.SubElement(box, "title").text = f"{signal.name} = {label}"
-        room = int((stretch.end - stretch.begin - 4) / LETTER)
+        said = "changes that are too many to be drawn" if dense else _short(label, MOST_TITLE)
+        ET.SubElement(box, "title").text = f"{entry['name']} = {said}"
+        room = int((end - begin - 4) / LETTER)
         if len(label) > room:
             label = label[: room - 1] + "…" if room >= 3 else ""
         if label:
-            _write(root, (stretch.begin + stretch.end) / 2, top + 16, label, anchor="middle")
+            _write(root, (begin + end) / 2, top + 16, label, anchor="middle")
 
 
-def _levels(root: ET.Element, stretches: Sequence[_Stretch], top: float) -> None:
+def _line(root: ET.Element, entry: dict[str, Any], stretches: Sequence[dict[str, Any]], top: float) -> None:
+    def y(height: float) -> float:
+        return top + 3 + (LANE - 6) * (1 - height)
+
     points = []
-    for stretch in stretches:
-        y = top + 3 if stretch.value else top + LANE - 3
-        points += [f"{stretch.begin:.1f},{y}", f"{stretch.end:.1f},{y}"]
-        if stretch.value:
-            ET.SubElement(
-                root, "rect", x=f"{stretch.begin:.1f}", y=f"{top + 3}", width=f"{stretch.end - stretch.begin:.1f}",
-                height=f"{LANE - 6}", fill="#dbe9f8",
-            )  # fmt: skip
+    for s in stretches:
+        begin, end, low, high = s["begin"], s["end"], s["low"], s["high"]
+        points += [f"{begin:.1f},{y(low):.1f}", f"{end:.1f},{y(low):.1f}"]
+        if s["value"] is None:
+            _box(root, begin, end, y(high) - 1, y(low) - y(high) + 2, fill=DENSE)
+        elif entry["draw"] == "levels" and high > 0:
+            _box(root, begin, end, top + 3, LANE - 6, fill="#dbe9f8")
     line = ET.SubElement(root, "polyline", points=" ".join(points), fill="none", stroke=INK)
     line.set("stroke-width", "1.4")
+    for s in stretches if entry["draw"] == "curve" else ():
+        label = "" if s["value"] is None else text(s["value"])
+        if label and LETTER * len(label) < s["end"] - s["begin"] - 6:
+            at = (s["begin"] + s["end"]) / 2
+            _write(root, at, top + (22 if s["low"] > 0.5 else 10), label, anchor="middle", kind="quiet")
 
 
-def _axis(root: ET.Element, timeline: Timeline, rows: Sequence[Row], left: float, step: float, bottom: float) -> None:
-    """Ticks where cycles begin, at round times where there are times."""
-    begins = [i for i, (before, row) in enumerate(pairwise(rows), 1) if row.cycle != before.cycle]
-    begins = [0, *begins] if rows else []
-    apart = _round(len(begins))
+def _marks(root: ET.Element, timeline: Timeline, rows: Sequence[Row], place: tuple[float, float, float]) -> None:
+    """The loop and the step that violates, each as a stretch behind the lanes with words above them."""
+    left, step, bottom = place
+    right = left + step * len(rows)
+    at = {row.step: index for index, row in enumerate(rows)}
+    taken = (0.0, 0.0)
+    if timeline.loop in at:
+        begin = left + step * at[timeline.loop]
+        _box(root, begin, right, HEAD - 4, bottom - HEAD + 4, fill="#eaf0f9")
+    if timeline.failed in at:
+        begin = left + step * at[timeline.failed]
+        _box(root, begin, begin + step, HEAD - 4, bottom - HEAD + 4, fill="#fde3e1")
+        words = _fitting(f"✗ violates {timeline.shows}".rstrip(), right - left, "✗")
+        x = max(left, min(begin, right - LETTER * len(words)))
+        taken = (x - LETTER, x + LETTER * (len(words) + 1))
+        _write(root, x, 40, words, kind="bad")
+    if timeline.loop in at:
+        x = left + step * at[timeline.loop]
+        for words in ("↻ repeats forever", "↻"):
+            end = x + LETTER * len(words)
+            if end <= right + MARGIN and (end < taken[0] or x > taken[1]):
+                _write(root, x, 40, words, kind="loop")
+                break
+
+
+def _axis(root: ET.Element, ticks: Sequence[dict[str, Any]], left: float, right: float, bottom: float) -> None:
+    """Ticks where cycles of round numbers begin, with their times where there are times."""
     end = -1.0
-    for i in begins:
-        row = rows[i]
-        if row.cycle % apart:
-            continue
-        x = left + step * i
+    for tick in ticks:
+        x, label = left + tick["x"], tick["text"]
         line = ET.SubElement(
             root, "line", x1=f"{x:.1f}", x2=f"{x:.1f}", y1=f"{HEAD - 6}", y2=f"{bottom}", stroke="#c9d0d7"
         )
         line.set("stroke-dasharray", "2 3")
-        time = timeline.time_ms(row)
-        label = f"cycle {row.cycle}" if time is None else _time(time)
-        if x - LETTER * len(label) / 2 > end:
-            _write(root, x, HEAD - 10, label, anchor="middle", quiet=True)
-            end = x + LETTER * (len(label) / 2 + 1)
-
-
-def _round(cycles: int) -> int:
-    """So many cycles between two ticks: 1, 2 or 5 times a power of ten, of cycles."""
-    apart = 1
-    while True:
-        for part in (1, 2, 5):
-            if cycles / (apart * part) <= TICKS:
-                return apart * part
-        apart *= 10
-
-
-def _time(milliseconds: Fraction) -> str:
-    if milliseconds >= 1000 or milliseconds == 0:
-        return f"{float(milliseconds / 1000):g} s"
-    return f"{float(milliseconds):g} ms"
+        half = LETTER * len(label) / 2
+        if x - half > end and x + half <= right + MARGIN:
+            _write(root, x, HEAD - 10, label, anchor="middle", kind="quiet")
+            end = x + half + LETTER
 
 
 def _notes(timeline: Timeline, rows: Sequence[Row], still: Sequence[int], more: bool, right: float) -> Iterator[str]:
@@ -152,7 +181,7 @@ def _notes(timeline: Timeline, rows: Sequence[Row], still: Sequence[int], more: 
     if still and rows:
         line = "constant: "
         for i in still:
-            said = f"{timeline.signals[i].name} = {text(rows[0].values[i])}"
+            said = f"{_short(timeline.signals[i].name, MOST_NAME)} = {_short(text(rows[0].values[i]), MOST_NAME)}"
             if len(line) > 10 and LETTER * (len(line) + len(said)) > max(right, USUAL) - MARGIN:
                 yield line.rstrip(", ")
                 line = "          "
@@ -160,15 +189,26 @@ def _notes(timeline: Timeline, rows: Sequence[Row], still: Sequence[int], more: 
         yield line.rstrip(", ")
 
 
-def _write(
-    root: ET.Element, x: float, y: float, words: str, *, anchor: str = "start", quiet: bool = False,
-    weight: str = "normal",
-) -> None:  # fmt: skip
+def _short(words: str, most: int) -> str:
+    """Without its middle if it is longer."""
+    return words if len(words) <= most else f"{words[: most // 2]}…{words[1 - most // 2 :]}"
+
+
+def _fitting(words: str, pixels: float, least: str) -> str:
+    """As much as has room."""
+    room = int(pixels / LETTER)
+    return words if len(words) <= room else words[: room - 1] + "…" if room >= 4 else least
+
+
+def _box(root: ET.Element, begin: float, end: float, top: float, height: float, **style: str) -> ET.Element:
+    place = {"x": begin, "y": top, "width": end - begin, "height": height}
+    return ET.SubElement(root, "rect", {name: f"{value:.1f}" for name, value in place.items()} | style)
+
+
+def _write(root: ET.Element, x: float, y: float, words: str, *, anchor: str = "start", kind: str = "") -> None:
     element = ET.SubElement(root, "text", x=f"{x:.1f}", y=f"{y:.1f}")
     element.set("text-anchor", anchor)
     element.set("xml:space", "preserve")
-    if quiet:
-        element.set("class", "quiet")
-    if weight != "normal":
-        element.set("font-weight", weight)
+    if kind:
+        element.set("class", kind)
     element.text = words

@@ -28,12 +28,18 @@ NAMED = {
     "gray": ("#d0d5da", "#48505a"),
 }
 """What is filled on light and on dark pages."""
+ELSEWHERE = {
+    "rot": "red", "rouge": "red", "rojo": "red", "rosso": "red", "gelb": "yellow", "jaune": "yellow",
+    "amarillo": "yellow", "giallo": "yellow", "grün": "green", "gruen": "green", "vert": "green", "verde": "green",
+    "blau": "blue", "bleu": "blue", "azul": "blue", "blu": "blue", "braun": "brown", "lila": "purple",
+}  # fmt: skip
+"""The same in other languages; only as a whole name, since some are parts of other words."""
 OTHERS = (
     ("#cfe0f5", "#2b4a73"), ("#e3d4f2", "#513a72"), ("#cfe9e4", "#1f5a52"), ("#ece3c4", "#5c4e1e"),
     ("#f3d9e4", "#6f3350"), ("#dde5cc", "#465626"), ("#d8dcf3", "#3a4179"), ("#f0dccf", "#6b4430"),
     ("#cfe6ee", "#235767"), ("#e6dfe6", "#584b58"),
 )  # fmt: skip
-WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
+WORDS = re.compile(r"[A-ZÀ-Þ]+(?![a-zà-ÿ])|[A-ZÀ-Þ]?[a-zà-ÿ]+")
 
 
 def colours_of(names: Iterable[str]) -> dict[str, dict[str, str]]:
@@ -44,7 +50,7 @@ def colours_of(names: Iterable[str]) -> dict[str, dict[str, str]]:
 def colour_of(name: str) -> tuple[str, str]:
     """On light and on dark pages: of the one colour that is a word of the name (`RED`, `redLight`, `ns_green`), or else
     one that only the name decides."""
-    words = {word.lower() for word in WORDS.findall(name)} & NAMED.keys()
+    words = {ELSEWHERE.get(name.lower(), word.lower()) for word in WORDS.findall(name)} & NAMED.keys()
     if len(words) == 1:
         return NAMED[words.pop()]
-    return OTHERS[crc32(name.encode()) % len(OTHERS)]
+    return OTHERS[crc32(name.encode("utf-8", "surrogatepass")) % len(OTHERS)]

@@ -15,7 +15,7 @@ from llfsm_verify.extensions.view.codes import WINDOW
 from llfsm_verify.extensions.view.colours import colours_of
 from llfsm_verify.extensions.view.performing import Performing, Step, Taken
 from llfsm_verify.extensions.view.sources import Files, arrangement_svg, machines_of
-from llfsm_verify.extensions.view.values import exact, signal_of
+from llfsm_verify.extensions.view.values import drawn_as_shown, exact, signal_of
 from llfsm_verify.plug import (
     Arrangement,
     Coverage,
@@ -156,11 +156,9 @@ class _Page:
             run.mark(end, words, ("it is reached here" if kind == "witness" else "it is violated here") + because)
         made = run.made(name, kind, title, asked)
         made["loop"] = run.row_of(trace.loop) if trace.loop is not None else None
-        if trace.loop is not None:
-            made["ending"] = f"from step {trace.loop + 1} on it repeats forever"
-        elif trace.fault is not None:
+        if trace.fault is not None:
             made["ending"] = "it ends in a fault"
-        elif trace.because:
+        elif trace.loop is None:
             made["ending"] = trace.because
         self.runs.append(made)
 
@@ -174,6 +172,7 @@ class _Page:
     ) -> Document:  # fmt: skip
         """The whole."""
         arrangement, signals = self.arrangement, self.signals()
+        drawn_as_shown(signals, self.runs)
         states = {signal["name"]: number for number, signal in enumerate(signals) if signal["kind"] == "state"}
         machines = machines_of(arrangement, self.files, states)
         names = chain.from_iterable([s["name"] for s in machine["states"]] for machine in machines)

@@ -10,11 +10,14 @@ NARROW, APART = 3, 90
 """Pixels: of a stretch that is drawn as one with its neighbours, and between two ticks."""
 
 
-def shapes(document: Any, run: Any, first: int, last: int, width: int) -> dict[str, Any]:
+def shapes(document: Any, run: Any, first: int, last: int, width: float) -> dict[str, Any]:
     step = width / (last - first + 1)
     pairs = zip(document["signals"], run["changes"], strict=True)
     lanes = [_stretches(signal, change, first, last, step) for signal, change in pairs]
-    return {"lanes": lanes, "ticks": _ticks(run["rows"], first, last, step)}
+    return {
+        "lanes": lanes,
+        "ticks": _ticks(run["rows"], first, last, step, document.get("arrangement", {}).get("cycle_ms")),
+    }
 
 
 def _tenths(pixels: float) -> float:
@@ -47,17 +50,38 @@ def _height(signal: Any, value: Any) -> float:
     return math.floor((float(value) - low) / (high - low) * 1000 + 0.5) / 1000 if high > low else 0.5
 
 
-def _ticks(rows: Any, first: int, last: int, step: float) -> list[dict[str, Any]]:
+def _ticks(rows: Any, first: int, last: int, step: float, period: float | None) -> list[dict[str, Any]]:
+    """Where cycles begin at round times, or, without times, where cycles of round numbers begin."""
     cycle, times = rows["cycle"], rows["time_ms"]
-    wanted = (cycle[last] - cycle[first]) * APART / ((last - first + 1) * step)
-    apart = next(part * 10**power for power in range(20) for part in (1, 2, 5) if part * 10**power >= wanted)
+    if times is None:
+        period = None
+    zero = cycle[last] - math.floor(times[last] / period + 0.5) if period else 0
+    apart = _cycles_apart((cycle[last] - cycle[first]) * APART / ((last - first + 1) * step), period)
     ticks: list[dict[str, Any]] = []
-    for number in range(math.ceil(cycle[first] / apart) * apart, cycle[last] + 1, apart):
-        row = bisect_left(cycle, number)
+    for number in range(max(0, math.ceil((cycle[first] - zero) / apart) * apart), cycle[last] - zero + 1, apart):
+        row = bisect_left(cycle, number + zero)
         x = _tenths((row - first) * step)
-        if cycle[row] == number and row >= first and not (ticks and x - ticks[-1]["x"] < APART / 2):
+        if cycle[row] == number + zero and row >= first and not (ticks and x - ticks[-1]["x"] < APART / 2):
             ticks.append({"x": x, "text": f"cycle {number}" if times is None else _time(times[row])})
     return ticks
+
+
+def _cycles_apart(wanted: float, period: float | None) -> int:
+    """At least so many cycles between ticks: those of a round time if they are whole, else a round number of them."""
+    usual = _round_up(wanted)
+    if period:
+        time = _round_up(wanted * period)
+        while time <= 5 * usual * period:
+            cycles = math.floor(time / period + 0.5)
+            if cycles >= 1 and abs(time / period - cycles) < 1e-9:
+                return cycles
+            time = _round_up(time * 1.5)
+    return usual
+
+
+def _round_up(wanted: float) -> int:
+    found: int = next(part * 10**power for power in range(40) for part in (1, 2, 5) if part * 10**power >= wanted)
+    return found
 
 
 def _time(time: float) -> str:

@@ -10,6 +10,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Result
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing
+from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.saving import SUFFIX, named_runs, refuse_special, unsaved
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.runtime.recording.timeline import Timeline, execution_of, timeline_of
@@ -41,12 +42,13 @@ def save_timelines(result: Result, arrangement: Arrangement, directory: Path, fo
     written = []
     execution = execution_of(arrangement)
     try:
-        for name, _, trace in named_runs(result):
+        for name, shown, trace in named_runs(result):
+            shows = shown.message if isinstance(shown, FaultSite) else shown.name
             for wanted in formats:
                 path = directory / f"{name}{ending(wanted)}"
                 refuse_special([path])
                 with replacing(path) as file:
-                    TIMELINES.load(wanted)(timeline_of(trace, arrangement, execution), file)
+                    TIMELINES.load(wanted)(timeline_of(trace, arrangement, execution, shows), file)
                 written.append(path)
     except OSError as error:
         raise unsaved(error, directory) from None

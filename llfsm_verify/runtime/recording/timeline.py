@@ -68,6 +68,10 @@ class Timeline:
     begins: int = 0
     """The cycle that begins at time 0. A step has the time at which its cycle begins, as bounds in time count it, so
     that this is cycle 1; a frame of a recording has the time at which its cycle is over."""
+    shows: str = ""
+    """What a trace shows, such as the property that it violates."""
+    failed: int | None = None
+    """The step after which nothing can satisfy that property any more, if it violates one so."""
 
     def part(self, first: int, last: int | None) -> Timeline:
         """The rows of the steps from `first` to `last`; one before them says how things stand."""
@@ -118,20 +122,22 @@ def recorded(arrangement: Arrangement, code: LiveCode, turns: Iterable[Turn]) ->
     return Timeline(arrangement.name, _signals(slots), rows(), arrangement.cycle_ms)
 
 
-def traced(arrangement: Arrangement, schedule: Schedule) -> Timeline:
+def traced(arrangement: Arrangement, schedule: Schedule, shows: str = "", failed: int | None = None) -> Timeline:
     """A saved trace: a row for each step."""
     loop = None if schedule.loop is None else schedule.loop + 1
-    return stepped(arrangement, schedule.free, schedule.ringlets, loop)
+    return replace(stepped(arrangement, schedule.free, schedule.ringlets, loop), shows=shows, failed=failed)
 
 
-def timeline_of(trace: Trace, arrangement: Arrangement, execution: Execution) -> Timeline:
+def timeline_of(trace: Trace, arrangement: Arrangement, execution: Execution, shows: str = "") -> Timeline:
     """A row for each step, without the one that ends in a fault, which leaves no configuration."""
     processes = {process.name: number for number, process in enumerate(arrangement.processes)}
     moves = (
         Move(None if step.process is None else processes[step.process], {s.choice: s.value for s in step.choices})
         for step in trace.steps
     )
-    return stepped(arrangement, trace.initial_free, moves, None if trace.loop is None else trace.loop + 1, execution)
+    loop = None if trace.loop is None else trace.loop + 1
+    made = stepped(arrangement, trace.initial_free, moves, loop, execution)
+    return replace(made, shows=shows, failed=trace.failed_at)
 
 
 def stepped(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -26,14 +27,13 @@ ALONE = (
 """It shows nothing, and asks for nothing but our pages."""
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    """A driver of Selenium at 1280 by 900 pixels. It keeps what pages write to the console: see `no_errors`."""
+@contextmanager
+def started_browser(folder: Path) -> Iterator[Any]:
+    """A driver of Selenium at 1280 by 900 pixels, whose profile is in an empty folder."""
     for name in ("chromium", "chromedriver"):
         outside.demand(name)
     webdriver = outside.load("selenium", "selenium.webdriver")
     service = outside.load("selenium", "selenium.webdriver.chrome.service")
-    folder = tmp_path_factory.mktemp("chromium")
     options = webdriver.ChromeOptions()
     options.binary_location = outside.program("chromium")
     for argument in (*ALONE, f"--user-data-dir={folder}", "--window-size=1280,900"):
@@ -49,6 +49,13 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     finally:
         driver.quit()
         shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """A browser. It keeps what pages write to the console: see `no_errors`."""
+    with started_browser(tmp_path_factory.mktemp("chromium")) as driver:
+        yield driver
 
 
 @pytest.fixture

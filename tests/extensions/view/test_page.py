@@ -176,6 +176,37 @@ def test_all_is_done_by_the_keyboard_and_told_in_words(page: Open) -> None:
     assert names == []
 
 
+def test_events_lanes_and_groups_are_pointed_at(page: Open) -> None:
+    document = sample(12, seed=2)
+    driver = page(document)
+    driver.find_element("css selector", "#events li[data-row='6'] button").click()
+    seen = shown(driver)
+    expect(document, 6, seen)
+    changed = driver.find_elements("css selector", "#values tr.changed .value")
+    run = document["runs"][0]
+    assert [int(cell.get_attribute("data-signal")) for cell in changed] == [
+        number for number, change in enumerate(run["changes"]) if 6 in change["at"]
+    ]
+    signs = [sign.text for sign in driver.find_elements("css selector", "#values tr:not(.group) .sign")]
+    assert signs[2] == "◆"
+    point = """const field = document.querySelector('.field'), lane = document.querySelector('.lane[data-signal="0"]');
+        const [box, at] = [field.getBoundingClientRect(), lane.getBoundingClientRect()];
+        const x = box.left + box.width * 9.5 / 13, y = at.top + at.height / 2;
+        const event = (kind, more) => field.dispatchEvent(new kind[0](kind[1], {clientX: x, clientY: y, ...more}));
+        event([PointerEvent, 'pointermove'], {}); const said = document.querySelector('.readout').textContent;
+        event([PointerEvent, 'pointerdown'], {buttons: 1});
+        event([WheelEvent, 'wheel'], {deltaY: -1, ctrlKey: true, cancelable: true}); return said;"""
+    assert driver.execute_script(point) == f"step 9, cycle 5, 500 ms: north = {value(run, 0, 9)}"
+    seen = shown(driver)
+    expect(document, 9, seen)
+    assert int(seen["timing"]["last"]) - int(seen["timing"]["first"]) < 12
+    driver.find_element("css selector", "[data-group=states]").click()
+    assert not driver.find_elements("css selector", ".lane[data-signal='0']")
+    driver.find_element("css selector", "[data-lane='2']").click()
+    press(driver, Keys.HOME)
+    expect(document, run["changes"][2]["at"][1], press(driver, "c"))
+
+
 def test_a_lasso_is_played_on_and_on_and_another_run_ends(page: Open) -> None:
     play = """const done = arguments[0]; const { walk, refresh } = llfsmView; const rows = [];
         walk.speed = 200; walk.toggle(); refresh();

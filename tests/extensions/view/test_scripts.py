@@ -51,7 +51,10 @@ def test_python_and_node_draw_the_same_of_random_timelines() -> None:
         if number % 3 == 0:
             document["runs"][0]["rows"]["time_ms"] = None
         if number % 4 == 1:
-            document["runs"][0]["rows"]["time_ms"] = [0.37 * i for i in document["runs"][0]["rows"]["cycle"]]
+            document["arrangement"]["cycle_ms"] = chance.choice([0.37, 250, 1000, 40])
+            period, zero = document["arrangement"]["cycle_ms"], chance.randrange(2)
+            times = [period * max(0, i - zero) for i in document["runs"][0]["rows"]["cycle"]]
+            document["runs"][0]["rows"]["time_ms"] = times
         if number % 5 == 0:
             document["runs"][0]["rows"]["cycle"] = [3 * i for i in document["runs"][0]["rows"]["cycle"]]
         first = chance.randrange(len(document["runs"][0]["rows"]["step"]) - 1)

@@ -50,7 +50,10 @@ def run(options: Namespace) -> int:
             timeline = _recorded(recording, options)
         else:
             done = replay_file(options.file, options.arrangement, load_arrangement)
-            timeline = traced(done.arrangement, schedule_of(done.file, done.arrangement))
+            goal, fault, trace = done.file.goal, done.file.fault, done.replay.trace
+            shows = goal.name if goal is not None else fault[1] if fault is not None else ""
+            failed = None if trace is None else trace.failed_at
+            timeline = traced(done.arrangement, schedule_of(done.file, done.arrangement), shows, failed)
         write = partial(TIMELINES.load(wanted), timeline.part(first, last))
         write_whole(write, options.output, "E487", "the timeline")
     return 0 if recording is None else _told(recording)

@@ -100,7 +100,8 @@ export function start(page) {
     const whole = typeof total === "number" ? ` of ${spell(total)}` : "";
     const many = first === undefined ? "" : `; rows ${spell(first)} to ${spell(first + rowCount(run) - 1)}${whole}`;
     const ending = run.ending ? `; ${clip(run.ending, 400)}` : "";
-    const loops = typeof run.loop === "number" ? `; after row ${spell(run.loop)} it repeats forever` : "";
+    const again = typeof run.loop === "number" && !run.ending;
+    const loops = again ? `; after row ${spell(run.loop)} it repeats forever` : "";
     by("run-text").textContent = `${clip(run.title, 1000)}${loops}${ending}${many}`;
     player.load();
     timing.load();

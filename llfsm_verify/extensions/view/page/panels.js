@@ -61,7 +61,7 @@ export function listVerdicts(view, section, choose, open) {
 export function showSources(view, section) {
   section.hidden = !view.files.length;
   const files = make("select", { id: "files", onchange: () => open([Number(files.value), 1, 0, 0, 0]) },
-    ...view.files.map((file, index) => make("option", { value: index, text: clip(file.name, 80) })));
+    ...view.files.map(({ name }, i) => make("option", { value: i, text: name.replace(/^.*(?=.{44}$)/s, "…") })));
   const along = make("input", { type: "checkbox", id: "along", checked: true });
   const text = make("div", { class: "text", tabindex: 0, role: "region", "aria-label": "Source text" });
   const none = make("p", { class: "quiet ran-none", text: "" });

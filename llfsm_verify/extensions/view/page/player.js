@@ -159,7 +159,10 @@ export function createPlayer(place, view, walk, changed) {
 
   function mark() {
     const { run, last } = walk;
-    const shown = run.marks.length > 400 ? run.marks.filter((one) => JUMPS.violation.includes(one.kind)) : run.marks;
+    const grave = run.marks.filter((one) => JUMPS.violation.includes(one.kind));
+    const others = run.marks.length > 400 ? [] : run.marks.filter((one) => !grave.includes(one));
+    const near = (one, other) => Math.abs(one.row - other.row) * 100 < last;
+    const shown = [...grave, ...others].filter((one, i, all) => !all.slice(0, i).some((other) => near(one, other)));
     strip.replaceChildren(...shown.slice(0, 400).map((one) => make("span", {
       class: `tick ${one.kind}`, text: SYMBOLS[one.kind], style: `left: ${last ? (100 * one.row) / last : 0}%`,
     })));

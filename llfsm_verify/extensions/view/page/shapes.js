@@ -15,7 +15,7 @@ export function tenths(pixels) {
 export function shapes(view, run, first, last, width) {
   const step = width / (last - first + 1);
   const lanes = view.signals.map((signal, index) => laneShapes(signal, run.changes[index], first, last, step));
-  return { lanes, ticks: tickShapes(run, first, last, step) };
+  return { lanes, ticks: tickShapes(run, first, last, step, view.arrangement?.cycle_ms) };
 }
 
 /**
@@ -52,19 +52,33 @@ function heightOf({ draw: how, low, high }, value) {
   return most > least ? Math.floor(((Number(value) - least) / (most - least)) * 1000 + 0.5) / 1000 : 0.5;
 }
 
-/** Ticks where cycles of round numbers begin, with their times where there are times. */
-function tickShapes(run, first, last, step) {
+/** Ticks where cycles begin at round times, or, without times, where cycles of round numbers begin. */
+function tickShapes(run, first, last, step, period) {
   const { cycle, time_ms: time } = run.rows;
   const ticks = [];
   if (last >= cycle.length) return ticks;
-  const apart = roundUp(((cycle[last] - cycle[first]) * APART) / ((last - first + 1) * step));
-  for (let next = Math.ceil(cycle[first] / apart) * apart; next <= cycle[last]; next += apart) {
-    const row = lastAt(cycle, next - 1) + 1;
+  const zero = time && period ? cycle[last] - Math.floor(time[last] / period + 0.5) : 0;
+  const apart = cyclesApart(((cycle[last] - cycle[first]) * APART) / ((last - first + 1) * step), time && period);
+  const from = Math.max(0, Math.ceil((cycle[first] - zero) / apart) * apart);
+  for (let next = from; next + zero <= cycle[last]; next += apart) {
+    const row = lastAt(cycle, next + zero - 1) + 1;
     const x = tenths((row - first) * step);
-    if (cycle[row] !== next || row < first || (ticks.length && x - ticks[ticks.length - 1].x < APART / 2)) continue;
+    const close = ticks.length && x - ticks[ticks.length - 1].x < APART / 2;
+    if (cycle[row] !== next + zero || row < first || close) continue;
     ticks.push({ x, text: time ? wordTime(time[row]) : `cycle ${next}` });
   }
   return ticks;
+}
+
+/** At least so many cycles between ticks: those of a round time if they are whole, else a round number of them. */
+function cyclesApart(wanted, period) {
+  const usual = roundUp(wanted);
+  if (!period) return usual;
+  for (let time = roundUp(wanted * period); time <= 5 * usual * period; time = roundUp(time * 1.5)) {
+    const cycles = Math.floor(time / period + 0.5);
+    if (cycles >= 1 && Math.abs(time / period - cycles) < 1e-9) return cycles;
+  }
+  return usual;
 }
 
 /** The least of 1, 2 or 5 times a power of ten that is at least this. */

@@ -1,0 +1,64 @@
+"""The document of a check: it fits its schema, its rows are those of the trace, and no text of it ends the page."""
+
+from __future__ import annotations
+
+import json
+import re
+from importlib.resources import files
+from typing import Any
+
+import jsonschema
+import pytest
+
+from llfsm_verify.arrangement.loader import load_arrangement
+from llfsm_verify.checking.verdict import Options, Result
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.extensions.view.document import document_of_result
+from llfsm_verify.extensions.view.page import page_html
+from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.verification.verify import verify
+from tests.cli.running import FAULTY
+
+SCHEMA = json.loads(files("llfsm_verify.extensions.view").joinpath("view.schema.json").read_text(encoding="utf-8"))
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def checked() -> tuple[Result, Any]:
+    arrangement = load_arrangement(FAULTY)
+    lines = "both: G !(ns@GREEN && ew@GREEN)\nserved: G F ew@GREEN\n"
+    properties = parse_properties([Source("p.ltl", lines)])
+    return verify(arrangement, properties, Options()), arrangement
+
+
+def test_a_check_fits_the_schema_and_shows_its_traces(checked: tuple[Result, Any]) -> None:
+    result, arrangement = checked
+    document = document_of_result(result, arrangement)
+    jsonschema.Draft202012Validator(SCHEMA).validate(document)
+    assert len(page_html(document).encode()) < 2_000_000
+    for item in result.properties:
+        (run,) = (run for run in document["runs"] if run["property"] == item.name)
+        assert item.trace is not None
+        steps = item.trace.steps
+        assert run["rows"]["step"] == list(range(len(steps) + 1))
+        assert [document["machines"][m]["name"] for m in run["rows"]["turn"][1:]] == [step.machine for step in steps]
+        told: list[list[str]] = [[] for _ in run["rows"]["step"]]
+        for row, machine, number in run["fired"]:
+            of = document["machines"][machine]
+            taken = of["transitions"][number]
+            names = [of["states"][taken[end]]["name"] for end in ("source", "target")]
+            told[row].append(f"{names[0]} -> {names[1]} when {taken['when']}")
+        assert told[1:] == [[step.fired] if step.fired else [] for step in steps]
+
+
+def test_no_text_ends_its_element(checked: tuple[Result, Any]) -> None:
+    """Whatever names and texts are: they come back from the page as they were."""
+    result, arrangement = checked
+    document = document_of_result(result, arrangement)
+    wicked = "</script><script>alert(1)</script><!-- \u2028\"'&amp;"
+    document["runs"][0]["title"] = document["verdicts"][0]["text"] = document["title"] = wicked
+    document["verdicts"][1]["text"] = "x" * 1_000_000
+    html = page_html(document)
+    assert "alert(1)</script>" not in html
+    found = re.search(r'<script type="application/json" id="view-document">(.*?)</script>', html, re.DOTALL)
+    assert found is not None and json.loads(found[1]) == document
