@@ -136,7 +136,7 @@ class CheckResult(Readable):
         return result_json(self.wrapped)
 
     def report(self, name: str) -> str:
-        """The report in a format of the command line: text, json, junit, sarif. ValueError: it is not one of these."""
+        """The report in a format of the command line, such as json or html. ValueError: it is not one of these."""
         written: Written = REPORTS.result.load(name)(self.wrapped, self._arrangement, Style())
         return written if isinstance(written, str) else text_of(written)
 

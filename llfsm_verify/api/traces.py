@@ -21,8 +21,6 @@ from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.json import step_times, trace_object
 from llfsm_verify.report.plain import PIPE_WIDTH, plain_text
 from llfsm_verify.report.saving import refuse_others, write_traces
-from llfsm_verify.report.timeline.formats import TIMELINES
-from llfsm_verify.runtime.recording.timeline import execution_of, timeline_of
 from llfsm_verify.values import Shown, read_back
 from llfsm_verify.verification.query import saved_query
 from llfsm_verify.verification.tracefile import SavedProperty, document_of, saved_text
@@ -108,6 +106,9 @@ class RunView(Readable):
 
     def _pictures(self) -> Iterator[str]:
         """Its timing diagram; as an image, which shares no styles and names with the page."""
+        from llfsm_verify.report.timeline.formats import TIMELINES
+        from llfsm_verify.runtime.recording.timeline import execution_of, timeline_of
+
         if "svg" in TIMELINES:
             file = io.BytesIO()
             timeline = timeline_of(self.wrapped, self._arrangement, execution_of(self._arrangement))
