@@ -52,7 +52,7 @@ def test_every_option_is_described_and_is_one_of_the_command_line():
     assert known - {names.get(name, name) for name in WANTED} == {
         "help", "version", "command", "arrangement", "properties", "property", "syntax", "engine", "only",  # arguments
         "format", "quiet", "all_steps", "width", "color", "watch", "timings",  # what is done with the result
-        "save_traces", "save_as", "certificate", "check_certificate", "save_invariants", "check_invariants",
+        "report", "save_traces", "save_as", "certificate", "check_certificate", "save_invariants", "check_invariants",
     } - ({"command"} - known)  # fmt: skip
 
 
