@@ -24,4 +24,25 @@ Mistakes:
 
 from __future__ import annotations
 
-ENTRIES: dict[str, tuple[object, ...]] = {}
+from llfsm_verify.plug import CommandEntry, Entry, Package, ReportEntry
+
+NEEDED = Package("jinja2", "jinja2", "view")
+PAGE = "a page for browsers, in one file"
+ENTRIES = {
+    "llfsm_verify.codes": (Entry("view", f"{__name__}.codes:CODES", "Pages"),),
+    "llfsm_verify.commands": (
+        CommandEntry(
+            name="view",
+            place=f"{__name__}.command:arguments",
+            about="show a recording, a saved trace or a run in a browser",
+            group="run",
+            runs=f"{__name__}.command:run",
+            package=NEEDED,
+        ),
+    ),
+    "llfsm_verify.reports.coverage": (ReportEntry("html", f"{__name__}.report:coverage_report", PAGE, package=NEEDED),),
+    "llfsm_verify.reports.result": (
+        ReportEntry("html", f"{__name__}.report:report", PAGE, (".html",), package=NEEDED),
+    ),
+    "llfsm_verify.schemas": (Entry("view", f"{__name__}.report:schema", "the data of pages"),),
+}

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from itertools import chain
+from pathlib import Path
+from tempfile import gettempdir
 from typing import Any
 
 from llfsm_verify import Diagnostic, DiagnosticError
@@ -39,6 +42,8 @@ MOST_ROWS = 10_000
 """Rows of a run that a page has at once."""
 MOST_RUNS = 50
 """Runs of a page; a note says how many are left out."""
+UNPACKED = re.compile(rf"^{re.escape(str(Path(gettempdir()).resolve()))}/llfsm-[^/]+/")
+"""Where the files of a recording are while it is read."""
 Document = dict[str, Any]
 
 
@@ -309,7 +314,10 @@ def _recorded(recording: Recording, path: str, instead: str | None, first: int, 
     if made["window"] is not None:
         shown = len(made["rows"]["step"])
         notes.append(f"{shown:,} rows from step {first:,} on are here; `--steps A:B` shows others")
-    return page.document(notes=notes)
+    document = page.document(notes=notes)
+    for file in document["files"] if instead is None else ():
+        file["name"] = UNPACKED.sub("", file["name"])
+    return document
 
 
 def _mark_verdicts(run: _Run, path: str, code: Any) -> None:
