@@ -18,6 +18,6 @@ def arguments(parser: CommandParser) -> None:
 
 def run(options: Namespace) -> int:  # noqa: ARG001 - there are none
     """Serve until the editor ends it. Returns the exit code."""
-    from llfsm_verify.extensions.editor.server import run as serve
+    from llfsm_verify.extensions.editor.features import run as serve
 
     return serve()
