@@ -1,4 +1,4 @@
-"""What the server is asked, by the names of the protocol, and its start."""
+"""What the server is asked, by the names of the protocol."""
 
 from __future__ import annotations
 
@@ -13,19 +13,6 @@ from llfsm_verify.extensions.editor.looking import Look, declaration, describe, 
 from llfsm_verify.extensions.editor.names import Place
 from llfsm_verify.extensions.editor.positions import moved
 from llfsm_verify.extensions.editor.server import CHECK, SHOW, Server, file_of
-
-
-def run() -> int:
-    """Serve the editor at standard input and output, until it ends that."""
-    server = Server()
-    register(server)
-    try:
-        incoming, outgoing = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
-        os.dup2(2, 1)  # what is printed by mistake is no message
-        server.start_io(incoming, outgoing)
-    finally:
-        server.pages.cleanup()
-    return 0
 
 
 def register(server: Server) -> None:
@@ -203,3 +190,16 @@ def _fixes(server: Server) -> None:
                 if len(fixes) == 1:
                     found[-1].is_preferred = True
         return found
+
+
+def run() -> int:
+    """Serve the editor at standard input and output, until it ends that."""
+    server = Server()
+    register(server)
+    try:
+        incoming, outgoing = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+        os.dup2(2, 1)  # what is printed by mistake is no message
+        server.start_io(incoming, outgoing)
+    finally:
+        server.pages.cleanup()
+    return 0
