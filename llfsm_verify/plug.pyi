@@ -1,4 +1,3 @@
-from llfsm_verify.analysis.coverage.measure import told as coverage_program
 from llfsm_verify.analysis.coverage.result import Coverage
 from llfsm_verify.analysis.coverage.running import ended as vector_ended
 from llfsm_verify.analysis.coverage.running import fault_of, field_names, record_of
@@ -265,6 +264,7 @@ from llfsm_verify.semantics.storage import leaves
 from llfsm_verify.targets.monitors import OnBoard, Watched
 from llfsm_verify.targets.target import TARGETS, WORLDS, Difference, Made, Target, Verified
 from llfsm_verify.targets.target import Wanted as TargetWanted
+from llfsm_verify.transforms.probing import probed
 from llfsm_verify.values import Shown, Value, element_names, text, value_text
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES, EngineEntry, Turn
 from llfsm_verify.verification.replay import Replayed, replay_file, schedule_of
@@ -553,7 +553,6 @@ __all__ = [
     "const",
     "constant_of",
     "counted",
-    "coverage_program",
     "decimal_text",
     "depth",
     "did_you_mean",
@@ -621,6 +620,7 @@ __all__ = [
     "plain_text",
     "portions",
     "postorder",
+    "probed",
     "program_hash",
     "program_slots",
     "properties_beside",

@@ -1,8 +1,8 @@
 """Runs performed once more by the executor, step by step, with all that a page shows of a step: values, the transition
 that fired, the lines that ran, refusals and faults.
 
-The program that is performed is the one that coverage is measured with: its letters tell what comes out at each place
-of the source, so that no line is shown by guessing.
+The letters of the program that is performed tell what comes out at each place of the source, as where coverage is
+measured, so that no line is shown by guessing.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from llfsm_verify.plug import (
     Observer,
     Shown,
     Span,
-    coverage_program,
+    probed,
     program_slots,
     starting_values,
 )
@@ -63,7 +63,7 @@ class Performing:
 
     def __init__(self, arrangement: Arrangement) -> None:
         self._machines = {machine.name: machine for machine in arrangement.texts}
-        self._probed = coverage_program(arrangement, keep_all_bits=True)
+        self._probed = probed(arrangement, keep_all_bits=True)
         program = self._probed.program
         self.execution = Execution(program)
         layout = self.execution.layout
