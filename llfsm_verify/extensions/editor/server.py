@@ -278,5 +278,8 @@ def _shown(verdict: Verdict) -> dict[str, object]:
 
 def file_of(uri: str) -> str | None:
     """The real path of a file that an editor names; None: it is none."""
-    path = to_fs_path(uri) if uri.startswith("file:") else None
-    return None if not path else str(Path(path).resolve())
+    try:
+        path = to_fs_path(uri) if uri.startswith("file:") else None
+        return None if not path else str(Path(path).resolve())
+    except (ValueError, OSError, RuntimeError):  # it has a null character, or links lead in a circle
+        return None

@@ -17,6 +17,7 @@ from llfsm_verify.extensions.view.performing import Performing, Step, Taken
 from llfsm_verify.extensions.view.sources import Files, arrangement_svg, machines_of
 from llfsm_verify.extensions.view.values import drawn_as_shown, exact, signal_of
 from llfsm_verify.plug import (
+    FRAME_HEADER,
     Arrangement,
     Coverage,
     Move,
@@ -295,17 +296,22 @@ def _recorded(recording: Recording, path: str, instead: str | None, first: int, 
     recorded = Recorded(recording, code)
     performing = page.performing
     said: list[str] = []
+    cycles = _cycles(path)
+    began, begins = next(cycles, (0, 0))
 
     def steps() -> Iterator[Step]:
+        frame, cycle = began, begins
         for number in range(1, 1 << 62):
             found = recorded.next(b"", number)
             if isinstance(found, str):
                 said.append(found)
                 return
-            yield Step(found.move, found.frame)
+            while found.frame is not None and frame < found.frame:
+                frame, cycle = next(cycles, (found.frame, cycle))
+            yield Step(found.move, found.frame, cycle)
 
     record = recorded.start.record(performing.execution)
-    run = _Run(page, performing.run(record, steps()), first, last, begins=0)
+    run = _Run(page, performing.run(record, steps(), begins), first, last, begins=0)
     _mark_verdicts(run, path, code)
     made = run.made(path, "recording", f"{arrangement.name}, recorded in {path}", None)
     made["ending"] = said[0] if said else None
@@ -320,6 +326,14 @@ def _recorded(recording: Recording, path: str, instead: str | None, first: int, 
     for file in document["files"] if instead is None else ():
         file["name"] = UNPACKED.sub("", file["name"])
     return document
+
+
+def _cycles(path: str) -> Iterator[tuple[int, int]]:
+    """The number of each frame, and the cycle that is over then."""
+    with Recording(path) as recording:
+        for turn in recording:
+            number = turn.frame[FRAME_HEADER["NUMBER"]]
+            yield number, turn.frame[FRAME_HEADER["CYCLE"]] + (number > 1)
 
 
 def _mark_verdicts(run: _Run, path: str, code: Any) -> None:
