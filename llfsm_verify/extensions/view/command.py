@@ -63,8 +63,9 @@ def run(options: Namespace) -> int:
         if port or options.open:
             raise UsageError("-o writes a file and serves nothing: leave --port and --open out")
         ready_beside([name, *filter(None, [options.arrangement])], output, CODE, WHAT)
-        page = page_html(document_of_file(name, options.arrangement, *(steps or WHOLE)))
-        write_whole(page, output, CODE, WHAT)
+        document = document_of_file(name, options.arrangement, *(steps or WHOLE))
+        tell(*(f"note: {note}" for note in document["notes"]))
+        write_whole(page_html(document), output, CODE, WHAT)
         if output != "-":
             tell(f"{output} written")
     else:

@@ -311,6 +311,8 @@ def _recorded(recording: Recording, path: str, instead: str | None, first: int, 
     made["ending"] = said[0] if said else None
     page.runs.append(made)
     notes = [*recording.notes]
+    if recording.damaged:
+        notes.append(f"the recording is damaged after what is here: {recording.damaged}")
     if made["window"] is not None:
         shown = len(made["rows"]["step"])
         notes.append(f"{shown:,} rows from step {first:,} on are here; `--steps A:B` shows others")
