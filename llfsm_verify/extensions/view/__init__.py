@@ -16,7 +16,7 @@ Mistakes:
 
     error[E551]: there is no whiteboard and no file `lfit`
     hint: `lift` runs; `llfsm whiteboard list` says what there is
-    error[E552]: `lift` runs another arrangement than lift.yaml: it has no slot `door`
+    error[E552]: `lift` runs another arrangement than lift.yaml: it has no machine `door`
     hint: name the file that it was started with
     error[E553]: a run is written as it is now only: `-o` is for traces and recordings
     hint: record it with `llfsm run --record FILE`, then `llfsm view FILE -o out.html`

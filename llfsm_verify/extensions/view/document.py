@@ -54,13 +54,14 @@ def document_of_result(result: Result, arrangement: Arrangement) -> Document:
     shown = list(named_runs(result))
     runs: dict[str, list[int]] = {}
     for name, what, trace in shown[:MOST_RUNS]:
+        steps = max(0, len(trace.steps) + 1 - MOST_ROWS), None  # of a long run its end, which shows why
         if isinstance(what, PropertyResult):
             runs.setdefault(what.name, []).append(len(page.runs))
             title = f"{what.name}: {asked_text(what.kind, what.text)}"
             kind = "witness" if trace.witness or trace.escape else "violation"
-            page.add_trace(name, kind, title, trace, what.name)
+            page.add_trace(name, kind, title, trace, what.name, steps)
         else:
-            page.add_trace(name, "fault", f"{what.code}: {what.message}", trace, None)
+            page.add_trace(name, "fault", f"{what.code}: {what.message}", trace, None, steps)
     notes = [*result.notes, *(f"{warning.message} ({warning.code})" for warning in result.warnings)]
     if len(shown) > MOST_RUNS:
         notes.append(f"only {MOST_RUNS} of {len(shown):,} runs are here; `--save-traces DIR` saves all of them")

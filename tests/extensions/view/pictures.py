@@ -41,7 +41,7 @@ def report(driver: Any) -> list[str]:
         path = Path(folder, "out.html")
         path.write_text(page_html(document), encoding="utf-8")
         driver.get(path.as_uri())
-        driver.execute_script("document.querySelector('#verdicts button').click()")
+        driver.execute_script("document.querySelector('#verdicts button[data-run]').click()")
         driver.execute_script("document.querySelector('#run').scrollIntoView()")
         return list(driver.execute_script(WORDS))
 
