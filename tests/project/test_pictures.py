@@ -1,4 +1,4 @@
-"""The pictures of pages are what `llfsm draw` makes today; an extension makes those of `SHOWN`."""
+"""The pictures of pages are what `llfsm draw` makes today."""
 
 from __future__ import annotations
 
@@ -14,20 +14,17 @@ from llfsm_verify.report.drawing.extract import arrangement_graph
 from tests.outside import load
 
 PICTURES = {"docs/pictures/traffic_lights.svg": "models/traffic_lights/arrangement.yaml"}
-SHOWN = {"docs/pictures/live.png", "docs/pictures/report.png"}
-PAGES = {
-    "README.md": ["traffic_lights.svg", "report.png"],
-    "docs/index.md": ["traffic_lights.svg"],
-    "docs/viewing.md": ["report.png", "live.png"],
-}
 
 
 def test_every_picture_is_shown_and_compared():
-    assert {str(path) for path in Path("docs/pictures").iterdir()} == {*PICTURES, *SHOWN}
-    for page, names in PAGES.items():
-        folder = "pictures" if page.startswith("docs/") else "docs/pictures"
+    """Those of pages in the browser are compared by the tests of the extension that makes them."""
+    assert {str(path) for path in Path("docs/pictures").glob("*.svg")} == set(PICTURES)
+    for page, wanted in (
+        ("README.md", ["docs/pictures/traffic_lights.svg", "docs/pictures/report.png"]),
+        ("docs/index.md", ["pictures/traffic_lights.svg"]),
+    ):
         shown = re.findall(r"!\[[^\]]+\]\(([^)]+)\)", Path(page).read_text(encoding="utf-8"))
-        assert shown == [f"{folder}/{name}" for name in names]
+        assert shown == wanted
 
 
 @pytest.mark.parametrize("picture", PICTURES)

@@ -345,6 +345,21 @@ def test_another_document_is_refused_in_words(page: Open, change: dict[str, Any]
 def test_a_document_without_runs_shows_its_verdicts(page: Open) -> None:
     driver = page(sample() | {"runs": [], "verdicts": sample()["verdicts"][1:]})
     assert driver.find_element("css selector", "#verdicts .summary").text == "1 holds, 1 unknown"
+    for empty in ("player", "timing", "values"):
+        assert not driver.find_element("id", empty).is_displayed()
+    assert not driver.find_elements("css selector", "[data-state]:not(.visited)")
+
+
+@pytest.mark.parametrize(("kind", "row"), [("violation", 40), ("fault", 40), ("reached", 0), (None, 400)])
+def test_the_button_of_a_verdict_goes_to_the_row_that_violates_or_to_the_last(
+    page: Open, kind: str | None, row: int
+) -> None:
+    document = sample(400)
+    marks = [{"row": 20, "kind": "event", "text": "an event"}]
+    document["runs"][0]["marks"] = marks + ([{"row": row, "kind": kind, "text": "here"}] if kind else [])
+    driver = page(document)
+    driver.find_element("css selector", "#verdicts [data-run]").click()
+    expect(document, row, shown(driver))
 
 
 def test_every_width_holds_the_page(page: Open) -> None:

@@ -1,4 +1,4 @@
-"""The pictures of docs/viewing.md are of the page as it is: the same words are on them."""
+"""The pictures of docs/viewing.md say what the pages say today."""
 
 from __future__ import annotations
 
@@ -12,29 +12,33 @@ import pytest
 from tests import outside
 from tests.extensions.view import pictures
 
-pytestmark = [pytest.mark.long, outside.needs("chromium", "chromedriver", "selenium", "pygraphviz")]
-
 
 @pytest.fixture(scope="module")
-def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    with pytest.MonkeyPatch.context() as patch, pictures.browser() as found:
-        patch.setenv("LLFSM_WHITEBOARDS", str(tmp_path_factory.mktemp("boards")))
-        yield found
+def sized() -> Iterator[Any]:
+    with pictures.browser() as driver:
+        yield driver
 
 
-@pytest.mark.parametrize("name", pictures.PICTURES)
-def test_a_picture_has_the_words_of_the_page(driver: Any, name: str) -> None:
-    words = pictures.PICTURES[name](driver)
-    kept = pictures.words_of(Path(pictures.FOLDER, name).read_bytes())
-    assert list(map(steady, words)) == list(map(steady, kept)), "make it anew: python -m tests.extensions.view.pictures"
+@pytest.mark.slow
+@outside.needs("chromium", "chromedriver", "selenium")
+def test_the_picture_of_a_report_is_what_the_page_shows(sized: Any) -> None:
+    outside.load("pygraphviz")
+    kept = pictures.words_of((pictures.FOLDER / "report.png").read_bytes())
+    assert kept == pictures.report(sized), "write it again: python -m tests.extensions.view.pictures"
+    assert any("repeats forever" in words for words in kept)
 
 
-def test_both_lights_are_green(driver: Any) -> None:
-    pictures.report(driver)
-    shown = driver.execute_script("return [...document.querySelectorAll('.machine')].map((one) => one.textContent)")
-    assert ["in GREEN" in words for words in shown] == [False, True, True]
+def test_every_picture_has_words_and_is_shown_and_small() -> None:
+    shown = re.findall(r"!\[[^\]]+\]\(pictures/([^)]+)\)", Path("docs/viewing.md").read_text(encoding="utf-8"))
+    assert set(shown) == set(pictures.PICTURES) == {path.name for path in pictures.FOLDER.glob("*.png")}
+    for name in shown:
+        picture = (pictures.FOLDER / name).read_bytes()
+        assert pictures.words_of(picture)
+        assert len(picture) < 200_000
 
 
-def steady(words: str) -> str:
-    """Without what differs from run to run."""
-    return re.sub(r"[\d.,]+ (ms|overruns?)", "", words)
+def test_words_are_put_beside_pixels_and_read_again() -> None:
+    picture = (pictures.FOLDER / "live.png").read_bytes()
+    other = pictures.with_words(picture, ["ein", "Wörtchen ✗"])
+    assert pictures.words_of(other) == ["ein", "Wörtchen ✗"]
+    assert pictures.words_of(pictures.with_words(other, ["x"])) == ["x"]

@@ -19,6 +19,11 @@ export function make(tag, attributes = {}, ...children) {
   return dress(document.createElement(tag), attributes, children);
 }
 
+/** Let an element have this text; nothing is laid out again where it has it already. */
+export function say(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
 /** A row of a table: its head, then its cells; each is a text, an element or a list of them. */
 export function line(head, ...cells) {
   const within = (what) => (Array.isArray(what) ? what : [what]).filter((part) => part !== null);
@@ -80,7 +85,7 @@ export function drawMachines(view, place, style) {
   } });
   const choice = make("label", { class: "quiet" }, nested, " machines that run inside of states");
   place.replaceChildren(...showArrangement(view), view.machines.some((machine) => machine.inside) ? choice : "",
-    make("div", { class: "figures" }, ...shown.map((one) => one.element)));
+    make("div", { class: `figures${shown.length > 6 ? " many" : ""}` }, ...shown.map((one) => one.element)));
   return (run, row) => shown.forEach((one, index) => lightMachine(view, run, row, one, index));
 }
 
@@ -118,7 +123,7 @@ function drawMachine(view, machine, index, style) {
     drawing.setAttribute("aria-label", `Drawing of ${clip(machine.name)}`);
     for (const named of drawing.querySelectorAll("[id]")) if (named.localName === "g") named.removeAttribute("id");
     element.append(make("div", { class: "drawing", tabindex: 0, role: "group", "aria-label": "Drawing" }, drawing));
-    fit(drawing);
+    if (fit(drawing) > 600) element.classList.add("broad");
   } else {
     element.append(make("ol", { class: "states" }, ...nodes));
   }
@@ -131,12 +136,13 @@ function drawMachine(view, machine, index, style) {
   return { element, nodes, edges, state, count, fired, marks };
 }
 
-/** Graphviz says sizes in points; a drawing is as wide as that, or as its place allows. */
+/** Graphviz says sizes in points; a drawing is as wide as that, or as its place allows. Returns its width in points. */
 function fit(drawing) {
   const [, , width] = (drawing.getAttribute("viewBox") || "").split(/[\s,]+/).map(Number);
   drawing.removeAttribute("height");
   drawing.removeAttribute("width");
   if (width > 0) drawing.style.width = `${Math.round(width * 1.2)}px`;
+  return width;
 }
 
 /** Scroll a drawing so that what is active can be seen. */
@@ -184,15 +190,15 @@ function lightMachine(view, run, row, shown, index) {
   shown.element.classList.toggle("acts", acts);
   shown.element.classList.toggle("cause", mine.length > 0);
   const known = typeof machine.signal === "number" ? valueAt(run, machine.signal, row) : undefined;
-  shown.state.textContent = known === undefined ? "" : `in ${clip(known, 60)}`;
+  say(shown.state, known === undefined ? "" : `in ${clip(known, 60)}`);
   shown.element.dataset.state = known === undefined ? "" : String(known);
   shown.element.dataset.fired = fired.join(" ");
   const times = current < 0 ? 0 : visits.entered[current];
   const turn = run.rows.turn[row] === index ? "its turn" : "";
-  shown.count.textContent = [turn, times ? `entered ${spell(times)}×` : ""].filter(Boolean).join(", ");
+  say(shown.count, [turn, times ? `entered ${spell(times)}×` : ""].filter(Boolean).join(", "));
   const words = fired.map((i) => tellFired(view, index, i).slice(clip(machine.name).length + 2));
-  shown.fired.textContent = words.length ? `→ fired: ${words.join("; ")}` : "";
+  say(shown.fired, words.length ? `→ fired: ${words.join("; ")}` : "");
   const said = mine.map((mark) => `◆ cause: ${clip(mark.text)}`);
   if (wrong && acts) said.push("✗ in the violating step");
-  shown.marks.textContent = said.join("; ");
+  say(shown.marks, said.join("; "));
 }

@@ -1,9 +1,9 @@
 // Puts the page together: reads the document, shows a row of a run everywhere at once, listens to keys and to updates.
 
-import { drawMachines, fill, line, make } from "./drawing.js";
+import { drawMachines, fill, line, make, say } from "./drawing.js";
 import { appendUpdate, clip, readDocument, rowCount, spell, visitsUpTo } from "./model.js";
 import { listCoverage, listEvents, listStatistics, listValues, listVerdicts, showLive, showSources } from "./panels.js";
-import { Walk, createPlayer, createTeller } from "./player.js";
+import { JUMPS, Walk, createPace, createPlayer, createTeller } from "./player.js";
 import { createTiming } from "./timeline.js";
 import { embeddedText, fetchWindow, follow } from "./transport.js";
 
@@ -36,12 +36,13 @@ export function start(page) {
   listCoverage(view, by("coverage"), sources.open);
   listStatistics(view, by("statistics"));
   const walk = new Walk(view.runs[0] || { ...NO_RUN, changes: view.signals.map(() => ({ at: [], values: [] })) });
-  let waiting = false;
+  const pace = createPace(show);
   const refresh = () => {
-    if (waiting) return;
-    waiting = true;
-    requestAnimationFrame(show);
+    fresh.asked = true;
+    pace.ask();
   };
+  const fresh = { asked: true, grown: false, marked: 0 };
+  const seen = inSight(["live", "machines", "source", "timing", "values", "events"].map(by), refresh);
   const player = createPlayer(by("player"), view, walk, refresh);
   const light = drawMachines(view, by("machines").querySelector(".body"), style);
   const watch = (signal) => {
@@ -55,26 +56,33 @@ export function start(page) {
   const timing = createTiming(by("timing"), view, walk, { go, watch, style });
   const values = listValues(view, by("values"), walk, watch);
   const tellRow = createTeller(by("said"), view, walk);
+  const listed = listEvents(by("events"), go);
+  let live = null;
   let index = 0;
   let before = null;
 
   function show(now) {
-    waiting = false;
+    const drawn = (id) => fresh.asked || seen.has(by(id));
     if (walk.playing && walk.tick(before === null ? 0 : Math.min(250, now - before)) | walk.playing) refresh();
     before = walk.playing ? now : null;
     const { run, row } = walk;
     player.show();
-    timing.show();
+    if (fresh.grown) timing.grow();
+    if (fresh.grown && now > fresh.marked + 1000) {
+      fresh.marked = now;
+      player.mark();
+    }
+    if (drawn("timing")) timing.show();
     if (rowCount(run)) {
-      light(run, row);
-      sources.show(run, row);
-      values(run, row);
-      tellVisits(row);
+      if (drawn("machines")) light(run, row);
+      if (drawn("source")) sources.show(run, row);
+      if (drawn("values")) values(run, row);
+      if (drawn("machines")) tellVisits(row);
     }
-    for (const item of by("events").querySelectorAll("li")) {
-      item.classList.toggle("now", Number(item.dataset.row) === row);
-    }
+    if (by("events").hidden || drawn("events")) listed.show(row);
+    if (live && drawn("live")) live.show(now);
     tellRow();
+    Object.assign(fresh, { asked: walk.playing, grown: false });
     page.body.dataset.row = row;
     page.body.dataset.run = index;
   }
@@ -87,7 +95,7 @@ export function start(page) {
     });
     const place = by("machines").querySelector("h3");
     place.dataset.visits = said.flat().join(" ");
-    place.textContent = `Machines: up to here ${said[0].join(" of ")} states, ${said[1].join(" of ")} transitions`;
+    say(place, `Machines: up to here ${said[0].join(" of ")} states, ${said[1].join(" of ")} transitions`);
   }
 
   function choose(chosen, jump = false) {
@@ -105,11 +113,12 @@ export function start(page) {
     by("run-text").textContent = `${clip(run.title, 1000)}${loops}${ending}${many}`;
     player.load();
     timing.load();
-    listEvents(by("events"), run, go);
+    listed.load(run);
     if (jump) {
       by("run").scrollIntoView({ block: "start" });
       by("player").focus({ preventScroll: true });
-      if (!walk.jump("violation", 1)) walk.jump("event", 1);
+      const grave = run.marks.find(({ kind }) => JUMPS.violation.includes(kind) || kind === "reached");
+      walk.go(grave ? grave.row : walk.last);
     }
     refresh();
   }
@@ -120,20 +129,41 @@ export function start(page) {
   by("runs").append(...view.runs.map((run, i) => make("option", { value: i, text: title(run, i) })));
   by("runs").addEventListener("change", () => choose(Number(by("runs").value)));
   if (view.runs.length) choose(0);
-  else refresh();
+  else showNoRun(by);
   const { events, window: windows } = JSON.parse(embeddedText(page, "view-endpoints") || "null") ?? {};
   const turn = windows && view.runs.length && view.runs[0].window ? offerWindows(view, by, windows, choose) : () => {};
   const other = (way) => view.runs.length && choose((index + way + view.runs.length) % view.runs.length);
   listenKeys(page, by("help"), by("keys"), keyTable({ walk, timing, by, refresh, other, turn }));
   if (events && view.runs.length) {
-    listen(view, by, walk, events, refresh, (news) => {
-      timing.grow();
-      if (news || walk.last % 32 === 0) player.mark();
-      if (news) listEvents(by("events"), walk.run, go);
+    live = showLive(by("live"));
+    listen(view, walk, events, live.take, (lasting) => {
+      fresh.grown = true;
+      fresh.asked ||= lasting;
+      pace.offer();
     });
   }
   page.defaultView.addEventListener("resize", refresh);
   return { view, walk, refresh };
+}
+
+/** Without a run there are only machines, none of whose states is marked as never entered. */
+function showNoRun(by) {
+  by("run-title").textContent = "Model";
+  for (const id of ["player", "said", "timing", "values"]) by(id).hidden = true;
+  for (const part of by("machines").querySelectorAll("[data-state], [data-transition]")) part.classList.add("visited");
+  for (const said of by("machines").querySelectorAll(".fired, .mark")) said.hidden = true;
+}
+
+/** The elements that are on the screen or near it; `changed` is called when others are. */
+function inSight(elements, changed) {
+  const seen = new Set(elements);
+  const watcher = new IntersectionObserver((entries) => {
+    for (const { target, isIntersecting } of entries) if (isIntersecting) seen.add(target);
+      else seen.delete(target);
+    changed();
+  }, { rootMargin: "100px" });
+  for (const element of elements) watcher.observe(element);
+  return seen;
 }
 
 /** Light, dark, or as the browser wants it; a button goes through them. */
@@ -215,21 +245,17 @@ function listenKeys(page, help, button, keys) {
   });
 }
 
-/** Take the updates of the server, and show each once. */
-function listen(view, by, walk, events, refresh, grown) {
-  const tell = showLive(by("live"));
+/** Take the updates of the server; `grown` is told whether the newest one is the last for now. */
+function listen(view, walk, events, take, grown) {
   const [run] = view.runs;
   walk.follow = true;
   follow(events, (update, connection) => {
     if (update) {
       const dropped = appendUpdate(run, update);
-      if (walk.run === run) {
-        walk.row = walk.follow ? walk.last : Math.max(0, walk.row - dropped);
-        grown(update.marks.length > 0 || dropped > 0);
-      }
+      if (walk.run === run) walk.row = walk.follow ? walk.last : Math.max(0, walk.row - dropped);
     }
-    tell(update, connection);
-    refresh();
+    take(update, connection);
+    grown(connection !== "live");
   });
 }
 

@@ -51,6 +51,15 @@ export function lastAt(ascending, limit, key = (item) => item) {
   return low - 1;
 }
 
+/** The indices of the signals as they are listed: states, inputs, the whiteboard, each machine's own, verdicts. */
+export function listOrder(view) {
+  const rank = new Map();
+  const ranks = { state: 0, input: 1, machine: 3, verdict: 4 };
+  for (const { group, kind } of view.signals) if (!rank.has(group)) rank.set(group, ranks[kind] ?? 2);
+  const groups = [...rank.keys()].sort((a, b) => rank.get(a) - rank.get(b));
+  return groups.flatMap((group) => [...view.signals.keys()].filter((i) => view.signals[i].group === group));
+}
+
 export function rowCount(run) {
   return run.rows.step.length;
 }

@@ -1,11 +1,12 @@
 // Tells what stands around the drawings: verdicts, sources, values, events, statistics, coverage, how a live run does.
 
-import { fill, line, make } from "./drawing.js";
-import { KINDS, SYMBOLS, changesAt, clip, lastAt, marksAt, placesAt, spell, valueAt, wordRow, wordTime, wordValue } from "./model.js";
+import { fill, line, make, say } from "./drawing.js";
+import { KINDS, SYMBOLS, changesAt, clip, lastAt, listOrder, marksAt, placesAt, spell, valueAt, wordRow, wordTime, wordValue } from "./model.js";
 
 const VERDICTS = { holds: "✓", violated: "✗", unknown: "?", undecided: "…" };
 const STATUSES = { covered: "✓", reachable: "○", unreachable: "–", unknown: "?" };
 const MOST = 400;
+const NEWEST = 200;
 const BLOCK = 100;
 
 function table(label, heads, rows) {
@@ -57,11 +58,19 @@ export function listVerdicts(view, section, choose, open) {
     table("Verdicts", ["Property", "Verdict", "Formula and reason", "How, where", "Runs"], rows));
 }
 
+/** The last folders of a path, as many as have room. */
+function shortPath(path, most = 36) {
+  const parts = path.split("/");
+  while (parts.length > 1 && parts.join("/").length > most) parts.shift();
+  const kept = parts.join("/");
+  return `${kept === path ? "" : "…/"}${kept.slice(-most)}`;
+}
+
 /** Show the sources in an element. Returns functions that mark what ran at a row, and open a place. */
 export function showSources(view, section) {
   section.hidden = !view.files.length;
   const files = make("select", { id: "files", onchange: () => open([Number(files.value), 1, 0, 0, 0]) },
-    ...view.files.map(({ name }, i) => make("option", { value: i, text: name.replace(/^.*(?=.{44}$)/s, "…") })));
+    ...view.files.map(({ name }, i) => make("option", { value: i, text: shortPath(name) })));
   const along = make("input", { type: "checkbox", id: "along", checked: true });
   const text = make("div", { class: "text", tabindex: 0, role: "region", "aria-label": "Source text" });
   const none = make("p", { class: "quiet ran-none", text: "" });
@@ -147,7 +156,9 @@ export function listValues(view, section, walk, watch) {
   const cells = [];
   const rows = [];
   let group = null;
-  view.signals.forEach((signal, index) => {
+  const order = listOrder(view);
+  order.forEach((index) => {
+    const signal = view.signals[index];
     if (signal.group !== group) {
       group = signal.group;
       rows.push(make("tr", { class: "group" }, make("th", { scope: "colgroup", colspan: 5, text: clip(group) })));
@@ -157,7 +168,7 @@ export function listValues(view, section, walk, watch) {
     const box = make("input", { type: "checkbox", "aria-label": `Watch ${name}`, onchange: () => watch(index) });
     Object.assign(value.dataset, { signal: index });
     const row = line(name, seen, value, since, box);
-    cells.push({ seen, value, since, box, row });
+    cells[index] = { seen, value, since, box, row };
     rows.push(row);
   });
   fill(section, table("Values of this row", ["Signal", "", "Value", "Since", "Watch"], rows));
@@ -167,12 +178,12 @@ export function listValues(view, section, walk, watch) {
     cells.forEach(({ seen, value, since, box, row: shown }, index) => {
       const now = valueAt(run, index, row);
       const words = clip(wordValue(now, view.signals[index]), 200);
-      if (value.textContent !== words) value.textContent = words;
+      say(value, words);
       const changed = changesAt(run, index, row);
       const { at } = run.changes[index];
       const step = run.rows.step[at[lastAt(at, row)]];
-      since.textContent = changed ? "now" : step === undefined ? "" : `step ${spell(step)}`;
-      seen.textContent = causes.has(index) ? "◆" : changed ? "●" : "";
+      say(since, changed ? "now" : step === undefined ? "" : `step ${spell(step)}`);
+      say(seen, causes.has(index) ? "◆" : changed ? "●" : "");
       seen.title = causes.has(index) ? "cause" : changed ? "changed" : "";
       shown.classList.toggle("changed", changed);
       box.checked = walk.watched.has(index);
@@ -180,15 +191,48 @@ export function listValues(view, section, walk, watch) {
   };
 }
 
-/** A list of the marks of a run, at most the last `MOST`; a click goes there. */
-export function listEvents(section, run, go) {
-  section.hidden = !run.marks.length;
-  const marks = [...run.marks].sort((a, b) => a.row - b.row).slice(-MOST);
-  const items = marks.map((mark) => make("li", { class: mark.kind, "data-row": mark.row },
-    make("button", { type: "button", class: "link", onclick: () => go(mark.row) },
-      sign(SYMBOLS[mark.kind]), ` ${wordRow(run, mark.row)}: ${KINDS[mark.kind]}: ${clip(mark.text, 400)}`)));
-  fill(section, make("ol", { class: "events", tabindex: 0, "aria-label": "Events" }, ...items),
-    unlisted(run.marks.length - marks.length, "earlier events"));
+/**
+ * A list of the marks of a run, at most the last `MOST` (of a live run, the `NEWEST`); a click goes there. Returns
+ * functions that list a run, and that show a row and what has come since.
+ */
+export function listEvents(section, go) {
+  const list = make("ol", { class: "events", tabindex: 0, "aria-label": "Events" });
+  const more = make("p", { class: "quiet" });
+  let [run, listed, newest] = [null, 0, -1];
+  let now = [];
+  fill(section, list, more);
+
+  function add(marks) {
+    const most = run.kind === "live" ? NEWEST : MOST;
+    const past = run.forgotten || 0;
+    list.append(...marks.slice(-most).map((mark) => make("li", { class: mark.kind, "data-row": mark.row + past },
+      make("button", { type: "button", class: "link", onclick: () => go(mark.row + past - (run.forgotten || 0)) },
+        sign(SYMBOLS[mark.kind]), ` ${wordRow(run, mark.row)}: ${KINDS[mark.kind]}: ${clip(mark.text, 400)}`))));
+    listed += marks.length;
+    if (marks.length) newest = marks[marks.length - 1].row + past;
+    while (list.childElementCount > most) list.firstChild.remove();
+    section.hidden = !listed;
+    const less = listed - list.childElementCount;
+    say(more, less > 0 ? `${spell(less)} earlier events are not listed` : "");
+  }
+
+  function load(other) {
+    [run, listed, newest] = [other, 0, -1];
+    list.replaceChildren();
+    add([...run.marks].sort((a, b) => a.row - b.row));
+  }
+
+  function show(row) {
+    if (run === null) return;
+    const past = run.forgotten || 0;
+    let from = run.marks.length;
+    while (run.kind === "live" && from > 0 && run.marks[from - 1].row + past > newest) from -= 1;
+    if (from < run.marks.length) add(run.marks.slice(from));
+    for (const item of now) item.classList.remove("now");
+    now = list.querySelectorAll(`[data-row="${row + past}"]`);
+    for (const item of now) item.classList.add("now");
+  }
+  return { load, show };
 }
 
 function unlisted(more, words) {
@@ -218,35 +262,54 @@ export function listCoverage(view, section, open) {
       unlisted(goals.length - MOST, "more goals")));
 }
 
-/** How a live run does. Returns a function that shows an update and the state of the connection. */
+/**
+ * How a live run does. Returns functions that take an update and the state of the connection, and that show it; the
+ * histogram and the monitors once a second.
+ */
 export function showLive(section) {
   const facts = make("dl", { class: "live" });
   const bars = make("div", { class: "bars" });
   const monitors = make("ul", { class: "monitors", "aria-label": "Verdicts of monitors" });
   const lag = make("p", { class: "lag", role: "status" });
   const totals = { missed: 0, skipped: 0, shown: 0 };
+  const known = {};
+  const told = ["rows shown", "frames missed", "frames not shown", "behind"].map((text) => {
+    const value = make("dd", { text: "0" });
+    facts.append(make("div", {}, make("dt", { text }), value));
+    return value;
+  });
+  let drawn = -Infinity;
   fill(section, lag, make("div", {}, facts, monitors), bars);
   section.hidden = false;
-  return (update, connection) => {
+
+  function take(update, connection) {
+    known.connection = connection;
     if (update) {
       totals.missed += update.missed;
       totals.skipped += update.skipped || 0;
       totals.shown += update.rows.step.length;
       totals.behind = update.behind_ms;
-      if (update.lateness) drawLateness(bars, update.lateness);
-      if (update.verdicts) listMonitors(monitors, update.verdicts);
+      for (const name of ["lateness", "verdicts"]) if (update[name]) known[name] = update[name];
     }
-    const late = totals.behind > 500;
-    const words = late ? `⚠ the view lags by ${wordTime(totals.behind)}` : "● follows the run";
-    lag.textContent = connection === "live" ? words : connection;
-    lag.className = `lag ${connection !== "live" ? "lost" : late ? "late" : "well"}`;
     Object.assign(section.dataset, totals, { connection });
-    const rows = [["rows shown", totals.shown], ["frames missed", totals.missed], ["frames not shown", totals.skipped]]
-      .map(([name, count]) => [name, spell(count)]);
-    if (totals.behind !== undefined) rows.push(["behind", wordTime(totals.behind)]);
-    const pair = ([name, value]) => make("div", {}, make("dt", { text: name }), make("dd", { text: value }));
-    facts.replaceChildren(...rows.map(pair));
-  };
+  }
+
+  function show(now) {
+    const { connection, lateness, verdicts } = known;
+    if (connection === undefined) return;
+    const late = totals.behind > 500;
+    say(lag, connection !== "live" ? connection
+      : late ? `⚠ the view lags by ${wordTime(totals.behind)}` : "● follows the run");
+    lag.className = `lag ${connection !== "live" ? "lost" : late ? "late" : "well"}`;
+    const counts = [totals.shown, totals.missed, totals.skipped].map(spell);
+    const behind = totals.behind === undefined ? "–" : wordTime(Math.round(totals.behind));
+    [...counts, behind].forEach((word, i) => say(told[i], word));
+    if (connection === "live" && now < drawn + 1000) return;
+    drawn = now;
+    if (lateness) drawLateness(bars, lateness);
+    if (verdicts) listMonitors(monitors, verdicts);
+  }
+  return { take, show };
 }
 
 function drawLateness(place, { edges_us: edges, counts, worst_us: worst, overruns }) {

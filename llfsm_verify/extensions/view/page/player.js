@@ -1,6 +1,6 @@
 // Goes through a run: a slider over steps, cycles or time, play, and jumps to what one looks for.
 
-import { make } from "./drawing.js";
+import { make, say } from "./drawing.js";
 import { SYMBOLS, lastAt, nextChange, nextMark, rowAfter, rowCount, rowOfCycle, rowOfTime, spell, tell, wordRow } from "./model.js";
 
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 50, 200, 1000];
@@ -9,6 +9,38 @@ export const JUMPS = {
   violation: ["violation", "fault"],
 };
 const RATE = 4;
+const RATES = { most: 12, part: 0.1 };
+
+/**
+ * Draws when it is asked to: `ask()` in the next frame; `offer()`, for what comes by itself, at most `RATES.most` times
+ * a second, and so seldom that drawing takes at most `RATES.part` of the time. A hidden page draws nothing.
+ */
+export function createPace(draw, outside = globalThis) {
+  let [waiting, timer, free] = [false, null, 0];
+  const clock = () => outside.performance.now();
+  const frame = (now) => {
+    outside.clearTimeout(timer);
+    [waiting, timer] = [false, null];
+    const began = clock();
+    const rest = () => (free = began + Math.max(1000 / RATES.most, (clock() - began) / RATES.part));
+    draw(now);
+    rest();
+    outside.setTimeout(rest);
+  };
+  const ask = () => {
+    if (!waiting) outside.requestAnimationFrame(frame);
+    waiting = true;
+  };
+  const offer = () => {
+    if (!waiting && timer === null) timer = outside.setTimeout(wake, Math.max(0, free - clock()));
+  };
+  const wake = () => {
+    timer = null;
+    if (clock() < free) offer();
+    else ask();
+  };
+  return { ask, offer };
+}
 
 /** Where one is in a run: the row, the unit of the slider, whether it plays; without any drawing. */
 export class Walk {
@@ -174,10 +206,10 @@ export function createPlayer(place, view, walk, changed) {
     Object.assign(slider, { min: low, max: high, step: walk.unit === "time" ? "any" : 1, value: now });
     slider.setAttribute("aria-valuetext", wordRow(walk.run, walk.row));
     const loop = walk.laps ? `, loop ${walk.laps + 1}` : "";
-    where.textContent = `${wordRow(walk.run, walk.row)} (row ${spell(walk.row)} of ${spell(walk.last)}${loop})`;
+    say(where, `${wordRow(walk.run, walk.row)} (row ${spell(walk.row)} of ${spell(walk.last)}${loop})`);
     place.dataset.row = walk.row;
     place.dataset.laps = walk.laps;
-    play.textContent = walk.playing ? "❚❚ Pause" : "▶ Play";
+    say(play, walk.playing ? "❚❚ Pause" : "▶ Play");
     play.setAttribute("aria-label", walk.playing ? "Pause" : "Play");
     follow.setAttribute("aria-pressed", walk.follow);
     units.value = walk.unit;
@@ -192,7 +224,7 @@ export function createPlayer(place, view, walk, changed) {
 export function createTeller(place, view, walk, moment = 350) {
   let waiting = null;
   let told = -1;
-  const say = () => {
+  const tellNow = () => {
     waiting = null;
     if (told === walk.row && place.textContent) return;
     told = walk.row;
@@ -201,7 +233,7 @@ export function createTeller(place, view, walk, moment = 350) {
   return () => {
     const urgent = walk.playing && walk.run.marks.some((mark) => mark.row === walk.row && mark.kind === "violation");
     clearTimeout(waiting);
-    if (urgent) say();
-    else if (!walk.playing && !walk.follow) waiting = setTimeout(say, moment);
+    if (urgent) tellNow();
+    else if (!walk.playing && !walk.follow) waiting = setTimeout(tellNow, moment);
   };
 }

@@ -1,7 +1,7 @@
 // Draws a run as a timing diagram: lanes of boxes, levels and curves in groups that fold; zooms, pans, tells values.
 
-import { draw, dress, fill, make } from "./drawing.js";
-import { KINDS, SYMBOLS, clip, marksAt, rowCount, spell, valueAt, wordRow, wordValue } from "./model.js";
+import { draw, dress, fill, make, say } from "./drawing.js";
+import { KINDS, SYMBOLS, clip, listOrder, marksAt, rowCount, spell, valueAt, wordRow, wordValue } from "./model.js";
 import { LETTER, placeMarks, shapes, tenths } from "./shapes.js";
 
 const LANE = 24;
@@ -16,7 +16,8 @@ const HINT = "Click to go to a row. The wheel pans with Shift, and zooms with Ct
 /** Draw the timing diagram of a walk. Returns functions that show its row, zoom and pan. */
 export function createTiming(section, view, walk, { go, watch, style }) {
   const folded = new Set();
-  const groups = [...new Set(view.signals.map((signal) => signal.group))];
+  const order = listOrder(view);
+  const groups = [...new Set(order.map((i) => view.signals[i].group))];
   const names = make("div", { class: "names" });
   const axis = draw("svg", { class: "axis", "aria-hidden": "true" });
   const picture = draw("svg", { class: "lanes", role: "img" });
@@ -87,14 +88,14 @@ export function createTiming(section, view, walk, { go, watch, style }) {
     const rows = [make("div", { class: "corner", style: `height: ${HEAD}px` })];
     let top = 0;
     const moves = (index) => walk.run.changes[index].at.length > 1;
-    const [moving, constant] = [true, false].map((which) => [...view.signals.keys()].filter((i) => moves(i) === which));
+    const [moving, constant] = [true, false].map((which) => order.filter((i) => moves(i) === which));
     const word = (i) => clip(wordValue(valueAt(walk.run, i, 0), view.signals[i]), 40);
     const words = constant.map((i) => `${clip(view.signals[i].name, 60)} = ${word(i)}`);
     still.textContent = words.length && !all.checked ? `constant: ${words.join(", ")}` : "";
     state.moving = moving.length;
     for (const group of groups) {
       const open = !folded.has(group);
-      const own = [...(all.checked ? view.signals.keys() : moving)].filter((i) => view.signals[i].group === group);
+      const own = (all.checked ? order : moving).filter((i) => view.signals[i].group === group);
       if (!own.length) continue;
       rows.push(make("button", {
         type: "button", class: "group", "aria-expanded": open, "data-group": group, style: `height: ${GROUP}px`,
@@ -105,8 +106,8 @@ export function createTiming(section, view, walk, { go, watch, style }) {
         const value = make("span", { class: "value" });
         const name = make("button", {
           type: "button", class: "name", "aria-pressed": false, "data-lane": index, onclick: () => watch(index),
-          title: `Watch ${clip(view.signals[index].name)}`, text: clip(view.signals[index].name, 80),
-        });
+          title: `Watch ${clip(view.signals[index].name)}`,
+        }, ...halves(clip(view.signals[index].name, 80)));
         labels.push({ index, name, value });
         rows.push(make("div", { class: "label", style: `height: ${LANE + GAP}px` }, name, value));
         tops.set(index, top + GAP / 2);
@@ -138,19 +139,22 @@ export function createTiming(section, view, walk, { go, watch, style }) {
       state.last = state.first + span;
       state.stale = true;
     }
-    const width = Math.max(100, field.clientWidth);
-    if (state.stale || width !== state.width) drawLanes(width);
-    const step = width / (state.last - state.first + 1);
+    if (state.stale) drawLanes(state.width || wide());
+    const step = state.width / (state.last - state.first + 1);
     for (const mark of [here, pin]) {
       mark.setAttribute("x", tenths((row - state.first) * step));
       mark.setAttribute("width", Math.max(2, tenths(step)));
     }
     for (const { index, name, value } of labels) {
-      value.textContent = clip(wordValue(valueAt(run, index, state.hover ?? row), view.signals[index]), 24);
+      say(value, clip(wordValue(valueAt(run, index, state.hover ?? row), view.signals[index]), 24));
       name.setAttribute("aria-pressed", walk.watched.has(index));
     }
     field.setAttribute("aria-label", `Timing diagram, rows ${state.first} to ${state.last}`);
     Object.assign(grid.dataset, { first: state.first, last: state.last, row });
+  }
+
+  function wide() {
+    return Math.max(100, field.clientWidth);
   }
 
   function drawLanes(width) {
@@ -181,7 +185,7 @@ export function createTiming(section, view, walk, { go, watch, style }) {
     const lanes = [...tops].map(([index, top]) => drawLane(view.signals[index], index, found.lanes[index], top, style));
     axis.replaceChildren(head, pin);
     picture.replaceChildren(back, here, ...lanes, over, cross);
-    range.textContent = `rows ${spell(state.first)}–${spell(state.last)} of ${spell(walk.last)}`;
+    say(range, `rows ${spell(state.first)}–${spell(state.last)} of ${spell(walk.last)}`);
   }
 
   function drawLoop(run, step, width, back, head) {
@@ -201,7 +205,8 @@ export function createTiming(section, view, walk, { go, watch, style }) {
       const kind = `mark ${mark.kind}`;
       const group = draw("g", { class: kind, "data-row": mark.row });
       if (grave(mark) < 9) back.append(draw("line", { class: kind, x1: x, x2: x, y1: 0, y2: state.height }));
-      for (const top of (mark.signals || []).map((signal) => tops.get(signal)).filter((known) => known !== undefined)) {
+      const framed = grave(mark) < 9 || mark.kind === "verdict" ? mark.signals || [] : [];
+      for (const top of framed.map((signal) => tops.get(signal)).filter((known) => known !== undefined)) {
         const side = Math.max(6, step);
         group.append(draw("rect", { x: tenths(x - side / 2), y: top - 1.5, width: tenths(side), height: LANE + 3 }),
           draw("text", { x, y: top - 2.5, "text-anchor": "middle", text: SYMBOLS[mark.kind] }));
@@ -238,6 +243,11 @@ export function createTiming(section, view, walk, { go, watch, style }) {
     if (event.buttons & 1) go(row);
   }
 
+  new ResizeObserver(() => {
+    if (wide() === state.width) return;
+    Object.assign(state, { width: wide(), stale: true });
+    show();
+  }).observe(field);
   field.addEventListener("pointermove", point);
   field.addEventListener("pointerdown", point);
   field.addEventListener("pointerleave", () => {
@@ -256,6 +266,12 @@ export function createTiming(section, view, walk, { go, watch, style }) {
     else zoom(by > 0 ? 1.25 : 0.8, rowUnder(event));
   }, { passive: false });
   return { load, show, grow, zoom, pan, fit };
+}
+
+/** A name in two parts, of which only the first one is shortened where there is no room: indices are at the end. */
+function halves(name) {
+  const end = name.length > 12 ? name.length - 6 : name.length;
+  return [make("span", { class: "begin", text: name.slice(0, end) }), make("span", { text: name.slice(end) })];
 }
 
 /** One lane: boxes of one colour are one path, texts stand where they fit. */

@@ -1,7 +1,7 @@
 // What eslint demands of the page's modules.
 
 const browser = ["document", "globalThis", "DOMParser", "CSS", "EventSource", "fetch", "requestAnimationFrame",
-  "setTimeout", "clearTimeout", "URL", "process"];
+  "setTimeout", "clearTimeout", "URL", "process", "IntersectionObserver", "ResizeObserver"];
 const raw = ["innerHTML", "outerHTML", "insertAdjacentHTML", "write"];
 
 export default [

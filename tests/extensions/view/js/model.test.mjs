@@ -128,3 +128,10 @@ test("updates are added, and the oldest rows are forgotten, without a change of 
   }
   assert.ok(dropped > 700);
 });
+
+test("states come first, then inputs, the whiteboard, machines and verdicts, whatever the document's order", () => {
+  const kinds = [["whiteboard", "whiteboard"], ["machine", "cabin"], ["verdict", "verdicts"], ["input", "inputs"],
+    ["machine", "door"], ["state", "states"], ["machine", "cabin"], ["state", "states"]];
+  const signals = kinds.map(([kind, group]) => ({ kind, group }));
+  assert.deepEqual(model.listOrder({ signals }), [5, 7, 3, 0, 1, 6, 4, 2]);
+});

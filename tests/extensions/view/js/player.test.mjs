@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { SPEEDS, Walk } from "../../../../llfsm_verify/extensions/view/page/player.js";
+import { SPEEDS, Walk, createPace } from "../../../../llfsm_verify/extensions/view/page/player.js";
 import { sample } from "./sample.mjs";
 
 function walked(loop) {
@@ -92,4 +92,41 @@ test("by cycle, and fast", () => {
   assert.equal(walk.speed, SPEEDS.at(-1));
   walk.tick(250);
   assert.ok(walk.laps > 100);
+});
+
+test("what comes by itself is drawn seldom, the more so the longer a drawing takes; what is asked for at once", () => {
+  let [now, drawn, frame, cost, made] = [1000, [], null, 0, 0];
+  const timers = new Map();
+  const run = (until) => {
+    for (; now <= until; now += 1) {
+      for (const [timer, { at, work }] of [...timers]) if (at <= now && timers.delete(timer)) work();
+      if (now % 10 || !frame) continue;
+      const work = frame;
+      [frame, drawn] = [null, [...drawn, now]];
+      work(now);
+    }
+  };
+  const outside = {
+    performance: { now: () => now }, requestAnimationFrame: (work) => (frame = work),
+    setTimeout: (work, after = 0) => timers.set(made += 1, { at: now + after, work }) && made,
+    clearTimeout: (timer) => timers.delete(timer),
+  };
+  const pace = createPace(() => (now += cost), outside);
+  const offered = (until) => {
+    drawn = [];
+    for (const end = until; now < end;) {
+      pace.offer();
+      run(Math.min(end, now + 33));
+    }
+    return drawn.length;
+  };
+  const cheap = offered(3000);
+  assert.ok(cheap > 15 && cheap <= 25, String(cheap));
+  cost = 40;
+  const dear = offered(7000);
+  assert.ok(dear >= 8 && dear <= 11, String(dear));
+  drawn = [];
+  pace.ask();
+  run(now + 10);
+  assert.equal(drawn.length, 1);
 });
