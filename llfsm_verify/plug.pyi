@@ -1,4 +1,3 @@
-from llfsm_verify.analysis.coverage.measure import told as coverage_program
 from llfsm_verify.analysis.coverage.result import Coverage
 from llfsm_verify.analysis.coverage.running import ended as vector_ended
 from llfsm_verify.analysis.coverage.running import fault_of, field_names, record_of
@@ -66,9 +65,12 @@ from llfsm_verify.checking.replay.confirm import Letter, Schedule
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Exploration, FaultFinding, FaultResult, Options, PropertyResult, Result
+from llfsm_verify.cli.arguments import other_arrangement
 from llfsm_verify.cli.commands import COMMANDS
 from llfsm_verify.cli.commands.check.run import find_owners, is_arrangement, properties_beside
-from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.commands.trace.arguments import steps as step_range
+from llfsm_verify.cli.io.files import ready_beside, write_whole
+from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.parser import CommandEntry, UsageError
 from llfsm_verify.cli.parser import Parser as CommandParser
 from llfsm_verify.diagnostics import Fragment, Source, Span, counted
@@ -89,7 +91,7 @@ from llfsm_verify.kripke.export.rows import (
 from llfsm_verify.kripke.export.specification import Specification
 from llfsm_verify.kripke.observing import Observer, observed_outputs
 from llfsm_verify.kripke.steps import Step
-from llfsm_verify.language.scope import CALLS, did_you_mean
+from llfsm_verify.language.scope import CALLS, did_you_mean, near_names
 from llfsm_verify.language.typed import IfElse
 from llfsm_verify.language.types import decimal_text
 from llfsm_verify.limits import LimitReached, Limits, reached, tick
@@ -262,6 +264,7 @@ from llfsm_verify.semantics.storage import leaves
 from llfsm_verify.targets.monitors import OnBoard, Watched
 from llfsm_verify.targets.target import TARGETS, WORLDS, Difference, Made, Target, Verified
 from llfsm_verify.targets.target import Wanted as TargetWanted
+from llfsm_verify.transforms.probing import probed
 from llfsm_verify.values import Shown, Value, element_names, text, value_text
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES, EngineEntry, Turn
 from llfsm_verify.verification.replay import Replayed, replay_file, schedule_of
@@ -550,7 +553,6 @@ __all__ = [
     "const",
     "constant_of",
     "counted",
-    "coverage_program",
     "decimal_text",
     "depth",
     "did_you_mean",
@@ -603,12 +605,14 @@ __all__ = [
     "mask",
     "moves_of",
     "named_runs",
+    "near_names",
     "negation",
     "nnf",
     "nodes",
     "observed_outputs",
     "op",
     "opened",
+    "other_arrangement",
     "parse_command",
     "parse_properties",
     "parts",
@@ -616,6 +620,7 @@ __all__ = [
     "plain_text",
     "portions",
     "postorder",
+    "probed",
     "program_hash",
     "program_slots",
     "properties_beside",
@@ -625,6 +630,7 @@ __all__ = [
     "read_ports",
     "read_properties",
     "read_source",
+    "ready_beside",
     "rebuilt",
     "record_of",
     "refuse_delays",
@@ -645,11 +651,13 @@ __all__ = [
     "starting_values",
     "statements",
     "step_bound",
+    "step_range",
     "steps_known",
     "stop_at_faults",
     "summarise",
     "summary_text",
     "take",
+    "tell",
     "text",
     "tick",
     "trace_documents",
@@ -671,5 +679,6 @@ __all__ = [
     "with_branches",
     "with_legend",
     "without",
+    "write_whole",
     "written",
 ]

@@ -64,6 +64,11 @@ class CheckResult(Readable):
 
         return result_text(self.wrapped)
 
+    def _pictures(self) -> Iterator[str]:
+        for item in self:
+            for trace in item.traces[:1]:
+                yield from trace._pictures()
+
     @property
     def verdict(self) -> Verdict:
         """Of the whole check, faults included: violated if anything is, else unknown if anything is, else holds."""
@@ -131,7 +136,7 @@ class CheckResult(Readable):
         return result_json(self.wrapped)
 
     def report(self, name: str) -> str:
-        """The report in a format of the command line: text, json, junit, sarif. ValueError: it is not one of these."""
+        """The report in a format of the command line, such as json or html. ValueError: it is not one of these."""
         written: Written = REPORTS.result.load(name)(self.wrapped, self._arrangement, Style())
         return written if isinstance(written, str) else text_of(written)
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import io
+from base64 import b64encode
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -50,7 +52,11 @@ class Readable:
         return text_of(self._shown())
 
     def _repr_html_(self) -> str:
-        return html_of(self._shown())
+        return html_of(self._shown()) + "".join(self._pictures())
+
+    def _pictures(self) -> Iterable[str]:
+        """HTML below it."""
+        return ()
 
 
 def text_of(items: Iterable[RenderableType], width: int | None = None) -> str:
@@ -97,6 +103,20 @@ class RunView(Readable):
         from llfsm_verify.report.text import run_text
 
         return run_text(self.wrapped)
+
+    def _pictures(self) -> Iterator[str]:
+        """Its timing diagram; as an image, which shares no styles and names with the page."""
+        from llfsm_verify.report.timeline.formats import TIMELINES
+        from llfsm_verify.runtime.recording.timeline import execution_of, timeline_of
+
+        if "svg" in TIMELINES:
+            file = io.BytesIO()
+            timeline = timeline_of(self.wrapped, self._arrangement, execution_of(self._arrangement))
+            TIMELINES.load("svg")(timeline, file)
+            data, about = b64encode(file.getvalue()).decode(), escape(self._of())
+            yield f'<figure style="overflow-x:auto"><figcaption>{about}</figcaption>'
+            yield f'<img alt="timing diagram of {about}" style="max-width:none" src="data:image/svg+xml;base64,{data}">'
+            yield "</figure>"
 
     @property
     def steps(self) -> tuple[TraceStep, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from fractions import Fraction
@@ -10,7 +10,6 @@ from math import ceil, floor
 from typing import Final
 
 from llfsm_verify.logic.formula import (
-    PAST,
     PAST_STEPS,
     STEPS,
     TIMED,
@@ -160,11 +159,3 @@ def written_out(f: Formula) -> tuple[Formula, int] | None:
 def rebuilt(node: Formula, args: tuple[Formula, ...]) -> Formula:
     """`node` with other arguments."""
     return apply(node.op, *args, bound=node.key) if args else node
-
-
-def past_depth(f: Formula, weight: Callable[[Formula], int] = lambda _: 1) -> int:
-    """How many past operators are nested inside each other, each of them counted as often as `weight` says."""
-    depths: dict[Formula, int] = {}
-    for node in postorder(f):
-        depths[node] = max((depths[a] for a in node.args), default=0) + (weight(node) if node.op in PAST else 0)
-    return depths[f]

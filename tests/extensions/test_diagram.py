@@ -110,6 +110,22 @@ def test_a_red_is_red() -> None:
         assert told[f"light = {name}"] == colour_of(name)[0]
 
 
+def test_signals_of_a_group_stand_together() -> None:
+    """Also where the states of two machines have signals of others between them."""
+    named = [(y, words) for words, _, right, y, _ in texts(picture(timeline(at_random(40, 1)))) if right < 365]
+    names = [words for y, words in sorted(named) if y > 60]
+    assert [name if len(name) < 20 else "LONG" for name in names] == [
+        "states", "light", "LONG", "inputs", "car", "wait", "wait",
+    ]  # fmt: skip
+
+
+def test_exact_values_of_a_curve_are_told() -> None:
+    steps = [("RED", False, (1 << 60) + step, LONG) for step in range(40)]
+    root = picture(timeline(steps))
+    told = [title.text for title in root.iter(f"{SVG}title") if (title.text or "").startswith("wait = ")]
+    assert told == [f"wait = {(1 << 60) + step}" for step in range(40)]
+
+
 def test_many_numbers_are_a_curve_and_few_are_boxes() -> None:
     lines = [len(list(picture(timeline(at_random(n, 1))).iter(f"{SVG}polyline"))) for n in (5, 40)]
     assert lines == [1, 2]

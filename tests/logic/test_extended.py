@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
 from llfsm_verify.logic import expressions
-from llfsm_verify.logic.bounds import past_depth, step_bound, without_steps
-from llfsm_verify.logic.formula import ARITY, TRUE, apply, atom, is_plain, negation, to_text
+from llfsm_verify.logic.bounds import step_bound, without_steps
+from llfsm_verify.logic.formula import ARITY, PAST, TRUE, Formula, apply, atom, is_plain, negation, to_text
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.parsing.formulas import parse_formula
 from llfsm_verify.logic.properties import PLAIN, parse_properties
@@ -333,3 +333,8 @@ def test_wrong_nodes_are_not_made():
     ):
         with pytest.raises(ValueError, match=op.replace("[", r"\[").replace("]", r"\]")):
             apply(op, *args, bound=bound)
+
+
+def past_depth(f: Formula) -> int:
+    """How many past operators are nested inside each other."""
+    return max((past_depth(a) for a in f.args), default=0) + (f.op in PAST)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 from lsprotocol import types
 
 from llfsm_verify.extensions.editor import answers
@@ -188,3 +190,16 @@ def _fixes(server: Server) -> None:
                 if len(fixes) == 1:
                     found[-1].is_preferred = True
         return found
+
+
+def run() -> int:
+    """Serve the editor at standard input and output, until it ends that."""
+    server = Server()
+    register(server)
+    try:
+        incoming, outgoing = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+        os.dup2(2, 1)  # what is printed by mistake is no message
+        server.start_io(incoming, outgoing)
+    finally:
+        server.pages.cleanup()
+    return 0

@@ -15,7 +15,8 @@ from typing import Literal
 
 from llfsm_verify import Diagnostic, DiagnosticError
 from llfsm_verify.extensions.editor.codes import ALONE, NO_ARRANGEMENT
-from llfsm_verify.extensions.editor.names import Index, build_index, index_machine
+from llfsm_verify.extensions.editor.indexing import build_index, index_machine
+from llfsm_verify.extensions.editor.names import Index
 from llfsm_verify.plug import (
     MACHINES,
     Arrangement,

@@ -1,4 +1,4 @@
-"""Timelines as a timing diagram: a lane for each signal, time from left to right, in the shapes of pages."""
+"""Timelines as a timing diagram: a lane for each signal, in groups, time from left to right, in the shapes of pages."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from xml.etree import ElementTree as ET
 
 from llfsm_verify.extensions.view.colours import colour_of
 from llfsm_verify.extensions.view.shapes import shapes
-from llfsm_verify.extensions.view.values import FEW, exact
+from llfsm_verify.extensions.view.values import FEW, exact, group_of
 from llfsm_verify.plug import Signal, Timeline, take, text
 from llfsm_verify.plug import TimelineRow as Row
 
 MOST_ROWS = 2000
-LANE, GAP, HEAD, FOOT, MARGIN = 24, 10, 68, 40, 16
+LANE, GAP, GROUP, HEAD, FOOT, MARGIN = 24, 10, 20, 68, 40, 16
 LETTER = 7.2
 """Width of a letter of the font, 12 pixels high."""
 NARROWEST, WIDEST, USUAL = 4.0, 60.0, 900.0
@@ -34,13 +34,15 @@ def write_svg(timeline: Timeline, file: BinaryIO) -> None:
     rows, more = take(timeline.rows, MOST_ROWS)
     moving = [i for i in range(len(timeline.signals)) if len({row.values[i] for row in rows}) > 1]
     still = [i for i in range(len(timeline.signals)) if i not in moving]
+    groups = [_short(group, MOST_NAME) for group in dict.fromkeys(group_of(timeline.signals[i]) for i in moving)]
+    moving.sort(key=lambda i: groups.index(_short(group_of(timeline.signals[i]), MOST_NAME)))
     names = [_short(timeline.signals[i].name, MOST_NAME) for i in moving]
-    left = MARGIN + LETTER * max([*map(len, names), 4]) + 12
+    left = MARGIN + LETTER * max([*map(len, names), *map(len, groups), 4]) + 12
     step = min(WIDEST, max(NARROWEST, USUAL / max(1, len(rows))))
     right = left + step * len(rows)
     title = _short(": ".join(filter(None, (timeline.title, timeline.shows))), MOST_TITLE)
     notes = list(_notes(timeline, rows, still, more, right))
-    bottom = HEAD + len(moving) * (LANE + GAP)
+    bottom = HEAD + len(moving) * (LANE + GAP) + len(groups) * GROUP
     height = bottom + FOOT + 18 * len(notes)
     width = max([right, *(MARGIN + LETTER * len(line) for line in (title, *notes))]) + MARGIN
     root = ET.Element(
@@ -65,8 +67,13 @@ def write_svg(timeline: Timeline, file: BinaryIO) -> None:
         drawn = shapes(document, run, 0, len(rows) - 1, step * len(rows))
         _marks(root, timeline, rows, (left, step, bottom))
         _axis(root, drawn["ticks"], left, right, bottom)
+        top, group = HEAD - LANE - GAP, ""
         for lane, (name, entry) in enumerate(zip(names, entries, strict=True)):
-            top = HEAD + lane * (LANE + GAP)
+            top += LANE + GAP
+            if entry["group"] != group:
+                group = entry["group"]
+                _write(root, MARGIN, top + 12, _short(group, MOST_NAME), kind="quiet")
+                top += GROUP
             _write(root, left - 12, top + 16, name, anchor="end")
             draw = _boxes if entry["draw"] == "boxes" else _line
             draw(root, entry, [_moved(one, left) for one in drawn["lanes"][lane]], top)
@@ -77,7 +84,9 @@ def write_svg(timeline: Timeline, file: BinaryIO) -> None:
 
 def _entry(signal: Signal, values: Sequence[Any]) -> dict[str, Any]:
     """The signal as a page has it, a number from the least to the greatest that is shown."""
-    found: dict[str, Any] = {"name": signal.name, "draw": "boxes", "labels": signal.labels}
+    found: dict[str, Any] = {
+        "name": signal.name, "group": group_of(signal), "draw": "boxes", "labels": signal.labels,
+    }  # fmt: skip
     if signal.labels:
         return found
     if signal.type.boolean:
@@ -103,13 +112,19 @@ def _boxes(root: ET.Element, entry: dict[str, Any], stretches: Sequence[dict[str
         fill = DENSE if dense else colour_of(label)[0] if label in entry["labels"] else "#f3f5f7"
         box = _box(root, begin, end, top, LANE, fill=fill, stroke=INK)
         box.set("stroke-width", "0.7")
-        said = "changes that are too many to be drawn" if dense else _short(label, MOST_TITLE)
-        ET.SubElement(box, "title").text = f"{entry['name']} = {said}"
+        _tell(box, entry, stretch)
         room = int((end - begin - 4) / LETTER)
         if len(label) > room:
             label = label[: room - 1] + "…" if room >= 3 else ""
         if label:
             _write(root, (begin + end) / 2, top + 16, label, anchor="middle")
+
+
+def _tell(box: ET.Element, entry: dict[str, Any], stretch: dict[str, Any]) -> None:
+    """The exact value, for whoever points at the box."""
+    value = stretch["value"]
+    said = "changes that are too many to be drawn" if value is None else _short(text(value), MOST_TITLE)
+    ET.SubElement(box, "title").text = f"{entry['name']} = {said}"
 
 
 def _line(root: ET.Element, entry: dict[str, Any], stretches: Sequence[dict[str, Any]], top: float) -> None:
@@ -124,6 +139,7 @@ def _line(root: ET.Element, entry: dict[str, Any], stretches: Sequence[dict[str,
             _box(root, begin, end, y(high) - 1, y(low) - y(high) + 2, fill=DENSE)
         elif entry["draw"] == "levels" and high > 0:
             _box(root, begin, end, top + 3, LANE - 6, fill="#dbe9f8")
+        _tell(_box(root, begin, end, top, LANE, **{"fill": "none", "pointer-events": "all"}), entry, s)
     line = ET.SubElement(root, "polyline", points=" ".join(points), fill="none", stroke=INK)
     line.set("stroke-width", "1.4")
     for s in stretches if entry["draw"] == "curve" else ():

@@ -16,7 +16,7 @@ Mistakes:
 
     error[E551]: there is no whiteboard and no file `lfit`
     hint: `lift` runs; `llfsm whiteboard list` says what there is
-    error[E552]: `lift` runs another arrangement than lift.yaml: it has no slot `door`
+    error[E552]: `lift` runs another arrangement than lift.yaml: it has no machine `door`
     hint: name the file that it was started with
     error[E553]: a run is written as it is now only: `-o` is for traces and recordings
     hint: record it with `llfsm run --record FILE`, then `llfsm view FILE -o out.html`
@@ -24,4 +24,25 @@ Mistakes:
 
 from __future__ import annotations
 
-ENTRIES: dict[str, tuple[object, ...]] = {}
+from llfsm_verify.plug import CommandEntry, Entry, Package, ReportEntry
+
+NEEDED = Package("jinja2", "jinja2", "view")
+PAGE = "a page for browsers, in one file"
+ENTRIES = {
+    "llfsm_verify.codes": (Entry("view", f"{__name__}.codes:CODES", "Pages"),),
+    "llfsm_verify.commands": (
+        CommandEntry(
+            name="view",
+            place=f"{__name__}.command:arguments",
+            about="show a recording, a saved trace or a run in a browser",
+            group="run",
+            runs=f"{__name__}.command:run",
+            package=NEEDED,
+        ),
+    ),
+    "llfsm_verify.reports.coverage": (ReportEntry("html", f"{__name__}.report:coverage_report", PAGE, package=NEEDED),),
+    "llfsm_verify.reports.result": (
+        ReportEntry("html", f"{__name__}.report:report", PAGE, (".html",), package=NEEDED),
+    ),
+    "llfsm_verify.schemas": (Entry("view", f"{__name__}.report:schema", "the data of pages"),),
+}

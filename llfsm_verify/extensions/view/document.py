@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from itertools import chain
+from pathlib import Path
+from tempfile import gettempdir
 from typing import Any
 
 from llfsm_verify import Diagnostic, DiagnosticError
@@ -14,6 +17,7 @@ from llfsm_verify.extensions.view.performing import Performing, Step, Taken
 from llfsm_verify.extensions.view.sources import Files, arrangement_svg, machines_of
 from llfsm_verify.extensions.view.values import drawn_as_shown, exact, signal_of
 from llfsm_verify.plug import (
+    FRAME_HEADER,
     Arrangement,
     Coverage,
     Move,
@@ -39,6 +43,8 @@ MOST_ROWS = 10_000
 """Rows of a run that a page has at once."""
 MOST_RUNS = 50
 """Runs of a page; a note says how many are left out."""
+UNPACKED = re.compile(rf"^{re.escape(str(Path(gettempdir()).resolve()))}/llfsm-[^/]+/")
+"""Where the files of a recording are while it is read."""
 Document = dict[str, Any]
 
 
@@ -48,13 +54,14 @@ def document_of_result(result: Result, arrangement: Arrangement) -> Document:
     shown = list(named_runs(result))
     runs: dict[str, list[int]] = {}
     for name, what, trace in shown[:MOST_RUNS]:
+        steps = max(0, len(trace.steps) + 1 - MOST_ROWS), None  # of a long run its end, which shows why
         if isinstance(what, PropertyResult):
             runs.setdefault(what.name, []).append(len(page.runs))
             title = f"{what.name}: {asked_text(what.kind, what.text)}"
             kind = "witness" if trace.witness or trace.escape else "violation"
-            page.add_trace(name, kind, title, trace, what.name)
+            page.add_trace(name, kind, title, trace, what.name, steps)
         else:
-            page.add_trace(name, "fault", f"{what.code}: {what.message}", trace, None)
+            page.add_trace(name, "fault", f"{what.code}: {what.message}", trace, None, steps)
     notes = [*result.notes, *(f"{warning.message} ({warning.code})" for warning in result.warnings)]
     if len(shown) > MOST_RUNS:
         notes.append(f"only {MOST_RUNS} of {len(shown):,} runs are here; `--save-traces DIR` saves all of them")
@@ -290,26 +297,44 @@ def _recorded(recording: Recording, path: str, instead: str | None, first: int, 
     recorded = Recorded(recording, code)
     performing = page.performing
     said: list[str] = []
+    cycles = _cycles(path)
+    began, begins = next(cycles, (0, 0))
 
     def steps() -> Iterator[Step]:
+        frame, cycle = began, begins
         for number in range(1, 1 << 62):
             found = recorded.next(b"", number)
             if isinstance(found, str):
                 said.append(found)
                 return
-            yield Step(found.move, found.frame)
+            while found.frame is not None and frame < found.frame:
+                frame, cycle = next(cycles, (found.frame, cycle))
+            yield Step(found.move, found.frame, cycle)
 
     record = recorded.start.record(performing.execution)
-    run = _Run(page, performing.run(record, steps()), first, last, begins=0)
+    run = _Run(page, performing.run(record, steps(), begins), first, last, begins=0)
     _mark_verdicts(run, path, code)
     made = run.made(path, "recording", f"{arrangement.name}, recorded in {path}", None)
     made["ending"] = said[0] if said else None
     page.runs.append(made)
     notes = [*recording.notes]
+    if recording.damaged:
+        notes.append(f"the recording is damaged after what is here: {recording.damaged}")
     if made["window"] is not None:
         shown = len(made["rows"]["step"])
         notes.append(f"{shown:,} rows from step {first:,} on are here; `--steps A:B` shows others")
-    return page.document(notes=notes)
+    document = page.document(notes=notes)
+    for file in document["files"] if instead is None else ():
+        file["name"] = UNPACKED.sub("", file["name"])
+    return document
+
+
+def _cycles(path: str) -> Iterator[tuple[int, int]]:
+    """The number of each frame, and the cycle that is over then."""
+    with Recording(path) as recording:
+        for turn in recording:
+            number = turn.frame[FRAME_HEADER["NUMBER"]]
+            yield number, turn.frame[FRAME_HEADER["CYCLE"]] + (number > 1)
 
 
 def _mark_verdicts(run: _Run, path: str, code: Any) -> None:

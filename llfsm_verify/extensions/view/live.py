@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from pathlib import Path
 
 from llfsm_verify import Diagnostic, DiagnosticError, Whiteboard, WhiteboardError
 from llfsm_verify.extensions.view.codes import ABSENT
@@ -15,7 +16,7 @@ from llfsm_verify.extensions.view.frames import NUMBER, FrameReader, Row
 from llfsm_verify.extensions.view.page import page_html
 from llfsm_verify.extensions.view.server import Site, serve
 from llfsm_verify.extensions.view.values import Exact
-from llfsm_verify.plug import ENDING_WORDS, Json, NoPlace, did_you_mean, whiteboard_names
+from llfsm_verify.plug import ENDING_WORDS, Json, NoPlace, near_names, whiteboard_names
 
 UPDATES = 30
 """A second, at most."""
@@ -190,7 +191,7 @@ class Live:
         try:
             self._board = Whiteboard(name)
         except (WhiteboardError, NoPlace) as error:
-            raise _absent(name, str(error)) from None
+            raise absent(name, str(error)) from None
         try:
             self._followed = Followed(self._board, describe(self._board, arrangement_path, strict=True))
         except BaseException:
@@ -304,14 +305,23 @@ def _numbers(after: str, followed: Followed) -> tuple[int, int]:
     return -1, 0
 
 
-def _absent(name: str, why: str) -> DiagnosticError:
+def whiteboards() -> list[str]:
+    """The names of runs."""
     try:
-        known = whiteboard_names()
+        return whiteboard_names()
     except NoPlace:
-        known = []
+        return []
+
+
+def absent(name: str, why: str) -> DiagnosticError:
+    """E551; `why` a run that has a whiteboard cannot be shown. It names files and runs that are called nearly so."""
+    known = whiteboards()
     if name in known:
         return DiagnosticError(Diagnostic(ABSENT, why, hint="`llfsm whiteboard list` says what there is"))
-    near = did_you_mean(name, known)
+    path = Path(name)
+    with suppress(OSError, ValueError):
+        known += [str(path.with_name(each.name)) for each in path.parent.iterdir() if each.is_file() and path.name]
+    near = near_names(name, known)
     message = f"there is no whiteboard and no file `{name[:100]}`"
-    hint = f"{near or 'no run has a whiteboard'}; `llfsm whiteboard list` says what there is"
+    hint = f"{near or ''} `llfsm whiteboard list` says what runs".strip()
     return DiagnosticError(Diagnostic(ABSENT, message, hint=hint))

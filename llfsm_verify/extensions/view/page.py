@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 
+import jinja2
+
 MODULES = ("model", "transport", "drawing", "shapes", "timeline", "player", "panels", "main")
 """Each imports only from those before it; a name of a module is no name of another."""
 IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.js";\n', re.MULTILINE)
@@ -16,8 +18,6 @@ EXPORT = re.compile(r"^export ", re.MULTILINE)
 
 def page_html(document: Mapping[str, object], endpoints: Mapping[str, str | None] | None = None) -> str:
     """The page of a document of `view.schema.json`. A page that is served names its endpoints: `events`, `window`."""
-    import jinja2
-
     given = {"title": document["title"], "css": _part("page.css"), "script": _script(), "document": _embed(document)}
     template = jinja2.Template(_part("page.html.j2"), keep_trailing_newline=True)
     return str(template.render(given, endpoints=None if endpoints is None else _embed(endpoints)))

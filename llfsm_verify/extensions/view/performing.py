@@ -1,8 +1,8 @@
 """Runs performed once more by the executor, step by step, with all that a page shows of a step: values, the transition
 that fired, the lines that ran, refusals and faults.
 
-The program that is performed is the one that coverage is measured with: its letters tell what comes out at each place
-of the source, so that no line is shown by guessing.
+The letters of the program that is performed tell what comes out at each place of the source, as where coverage is
+measured, so that no line is shown by guessing.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from llfsm_verify.plug import (
     Observer,
     Shown,
     Span,
-    coverage_program,
+    probed,
     program_slots,
     starting_values,
 )
@@ -52,10 +52,11 @@ class Taken(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A move to perform, and the frame of a recording that it belongs to."""
+    """A move to perform, and the frame of a recording that it belongs to, with its cycle."""
 
     move: Move
     frame: int | None = None
+    cycle: int | None = None
 
 
 class Performing:
@@ -63,7 +64,7 @@ class Performing:
 
     def __init__(self, arrangement: Arrangement) -> None:
         self._machines = {machine.name: machine for machine in arrangement.texts}
-        self._probed = coverage_program(arrangement, keep_all_bits=True)
+        self._probed = probed(arrangement, keep_all_bits=True)
         program = self._probed.program
         self.execution = Execution(program)
         layout = self.execution.layout
@@ -83,13 +84,14 @@ class Performing:
         self._pending = [layout.reader(name) if name in layout.fields else _nothing for name in pending]
         self._lines: dict[tuple[int, int, bool, int], tuple[Span, ...]] = {}
 
-    def run(self, record: bytes, steps: Iterable[Step]) -> Iterator[Taken]:
-        """The beginning in this record, and each step until one cannot be taken (a value leaves 64 bits)."""
+    def run(self, record: bytes, steps: Iterable[Step], cycle: int = 0) -> Iterator[Taken]:
+        """The beginning in this record and cycle, and each step until one cannot be taken (a value leaves 64 bits).
+        Cycles of several processes are counted together, unless the steps say theirs."""
         program, execution = self.execution.program, self.execution
         begin = starting_values(program)
         choices = [begin.get(choice.name, choice.type.low) for choice in program.choices]
         words = [0] * self._frames.words
-        cycle, whole = 0, True
+        whole = True
 
         def values() -> tuple[Shown, ...]:
             for at in range(0, len(record), 8):
@@ -97,7 +99,7 @@ class Performing:
             words[self._frames.choices : self._frames.choices + len(choices)] = choices
             return tuple(slot.value(words) for slot in self.slots)
 
-        yield Taken(0, 0, values(), None, None, (), (), None)
+        yield Taken(0, cycle, values(), None, None, (), (), None)
         for number, step in enumerate(steps, 1):
             for name, value in step.move.choices.items():
                 if name in self._names:
@@ -106,7 +108,8 @@ class Performing:
             if result.status:
                 return
             before, record = record, result.record
-            cycle, whole = cycle + whole, bool(self._cycle(record))
+            cycle = cycle + whole if step.cycle is None else step.cycle
+            whole = bool(self._cycle(record))
             ran = self._ran(record) - 1
             stutters = ran < 0 or step.move.process is None
             machine = None if stutters else self._machines[program.machines[program.slots[ran].machine].name]

@@ -259,6 +259,9 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Answer, if the client may ask."""
+        if not self.path.startswith("/"):
+            self._say(HTTPStatus.BAD_REQUEST, "a request names a path of this server")
+            return
         asked = urlsplit(self.path)
         given = {name: values[-1] for name, values in parse_qs(asked.query).items()}
         site, why = self.server.site, self._foreign()

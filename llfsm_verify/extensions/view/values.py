@@ -6,7 +6,7 @@ from collections.abc import Callable
 from decimal import Decimal
 from typing import Any
 
-from llfsm_verify.plug import BoardSlot, Shown, text
+from llfsm_verify.plug import BoardSlot, Shown, Signal, text
 
 MOST_EXACT = 1 << 53
 """Doubles have all whole numbers up to it."""
@@ -22,11 +22,15 @@ def exact(value: Shown) -> Exact:
     return value
 
 
+def group_of(signal: BoardSlot | Signal) -> str:
+    """What the signal stands with."""
+    if signal.kind == "machine":
+        return signal.name.partition(".")[0]
+    return {"state": "states", "input": "inputs", "verdict": "verdicts"}.get(signal.kind, signal.kind)
+
+
 def signal_of(slot: BoardSlot) -> dict[str, Any]:
-    group = {"state": "states", "input": "inputs", "verdict": "verdicts"}.get(slot.kind, slot.kind)
-    if slot.kind == "machine":
-        group = slot.name.partition(".")[0]
-    found = {"name": slot.name, "kind": slot.kind, "group": group}
+    found = {"name": slot.name, "kind": slot.kind, "group": group_of(slot)}
     if slot.labels:
         return found | {"draw": "boxes", "labels": list(dict.fromkeys(slot.labels))}
     if slot.boolean:

@@ -50,5 +50,6 @@ SCHEMAS: Registry[Callable[[str], dict[str, object]]] = Registry(
         Entry("query", _WRITTEN_BY_US, "`llfsm query --format json`"),
         Entry("simulation", _WRITTEN_BY_US, "`llfsm simulate --format json`"),
     ],
+    "llfsm_verify.schemas",
 )
 """Each is loaded by its name."""

@@ -83,7 +83,7 @@ def test_a_file_that_is_broken_at_some_lines(tmp_path: Path, monkeypatch: pytest
     async def story(editor: Editor) -> None:
         for name in ("beam.ltl", "beam.yaml"):
             texts = list(broken((root / name).read_text()))
-            await compare(editor, root, name, draw.sample(texts, 15), draw)
+            await compare(editor, root, name, draw.sample(texts, 8), draw)
 
     edit(root, story)
 

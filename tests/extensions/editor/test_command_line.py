@@ -75,7 +75,7 @@ def test_the_server_ends_with_its_editor_and_prints_nothing_else() -> None:
     done = subprocess.run(
         [sys.executable, "-c", SERVE, "lsp"], input=b"", capture_output=True, timeout=PATIENCE, check=False
     )
-    assert done.stdout == b""
+    assert (done.returncode, done.stdout) == (0, b"")
 
 
 @pytest.mark.slow

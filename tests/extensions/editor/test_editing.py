@@ -197,3 +197,20 @@ def test_unsaved_machines_count_for_their_arrangement(lights: Path) -> None:
         assert list(editor.said[editor.uri("timer.machine.yaml")].diagnostics) == []
 
     edit(lights, story)
+
+
+def test_what_names_no_file_is_not_read(lights: Path) -> None:
+    """Null characters, links in a circle, and addresses that are none."""
+    (lights / "circle.ltl").symlink_to("circle.ltl")
+    names = "file:///a%00b.ltl", "file://[/x.ltl", "untitled:Untitled-1", "file:", (lights / "circle.ltl").as_uri()
+
+    async def story(editor: Editor) -> None:
+        for name in names:
+            item = types.TextDocumentItem(name, "llfsm", 1, "a: G tru\n")
+            editor.client.text_document_did_open(types.DidOpenTextDocumentParams(item))
+            asked = types.HoverParams(types.TextDocumentIdentifier(name), types.Position(0, 4))
+            assert await editor.client.text_document_hover_async(asked) is None
+        editor.open("arrangement.ltl")
+        assert await editor.diagnostics("arrangement.ltl") == []
+
+    edit(lights, story)

@@ -15,7 +15,6 @@ import pytest
 from llfsm_verify.plug import REPORTS
 from tests import outside
 
-pytest.importorskip("llfsm_verify.extensions.editor")
 pytestmark = [outside.needs("nvim"), pytest.mark.long]
 
 PAGE = Path("editors/neovim/README.md")

@@ -13,6 +13,7 @@ import pytest
 from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.extensions.view import document
 from llfsm_verify.extensions.view.document import document_of_result
 from llfsm_verify.extensions.view.page import page_html
 from llfsm_verify.logic.properties import parse_properties
@@ -49,6 +50,17 @@ def test_a_check_fits_the_schema_and_shows_its_traces(checked: tuple[Result, Any
             names = [of["states"][taken[end]]["name"] for end in ("source", "target")]
             told[row].append(f"{names[0]} -> {names[1]} when {taken['when']}")
         assert told[1:] == [[step.fired] if step.fired else [] for step in steps]
+
+
+def test_of_a_long_run_the_end_is_shown(checked: tuple[Result, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    result, arrangement = checked
+    whole = document_of_result(result, arrangement)["runs"]
+    monkeypatch.setattr(document, "MOST_ROWS", 5)
+    for run, cut in zip(whole, document_of_result(result, arrangement)["runs"], strict=True):
+        total = len(run["rows"]["step"])
+        assert cut["window"] == {"first": total - 5, "total": total}
+        assert cut["rows"]["step"] == run["rows"]["step"][-5:]
+        assert cut["loop"] is None or cut["loop"] == run["loop"] - total + 5
 
 
 def test_no_text_ends_its_element(checked: tuple[Result, Any]) -> None:

@@ -357,7 +357,7 @@ def test_there_is_no_such_run(counter):
         said = refused("conter")
         assert said.code == "E551"
         assert said.message == "there is no whiteboard and no file `conter`"
-        assert said.hint == "did you mean `counter`?; `llfsm whiteboard list` says what there is"
+        assert said.hint == "did you mean `counter`? `llfsm whiteboard list` says what runs"
     assert refused("../x").message == "there is no whiteboard and no file `../x`"
 
 

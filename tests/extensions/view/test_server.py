@@ -172,6 +172,7 @@ def test_the_policy_lets_our_own_scripts_and_styles_in_only():
     [
         (b"\r\n\r\n", None), (b"x\r\n\r\n", None),
         (b"GET / HTTP/9\r\n\r\n", None), (b"\xff\xfe / HTTP/1.1\r\n\r\n", 403),
+        (b"GET http://[ HTTP/1.1\r\n\r\n", 400), (b"GET http://other/ HTTP/1.1\r\n\r\n", 400),
         (b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 101 + b"\r\n", 431), (b"GET / HTTP/1.1\r\nHost\r\n\r\n", 403),
         (b"GET / HTTP/1.1\r\nx: " + b"y" * 40_000, 431), (b"GET /" + b"a" * 40_000 + b" HTTP/1.1\r\n\r\n", 431),
     ],

@@ -49,11 +49,7 @@ def run(options: Namespace) -> int:
             left.enter_context(compared(recording))
             timeline = _recorded(recording, options)
         else:
-            done = replay_file(options.file, options.arrangement, load_arrangement)
-            goal, fault, trace = done.file.goal, done.file.fault, done.replay.trace
-            shows = goal.name if goal is not None else fault[1] if fault is not None else ""
-            failed = None if trace is None else trace.failed_at
-            timeline = traced(done.arrangement, schedule_of(done.file, done.arrangement), shows, failed)
+            timeline = _traced(options)
         write = partial(TIMELINES.load(wanted), timeline.part(first, last))
         write_whole(write, options.output, "E487", "the timeline")
     return 0 if recording is None else _told(recording)
@@ -95,6 +91,14 @@ def _saved(options: Namespace) -> int:
         announce(Path(name))
     tell(piece.sentence)
     return _told(recording)
+
+
+def _traced(options: Namespace) -> Timeline:
+    done = replay_file(options.file, options.arrangement, load_arrangement)
+    goal, fault, trace = done.file.goal, done.file.fault, done.replay.trace
+    shows = goal.name if goal is not None else fault[1] if fault is not None else ""
+    failed = None if trace is None else trace.failed_at
+    return traced(done.arrangement, schedule_of(done.file, done.arrangement), shows, failed)
 
 
 def _recorded(recording: Recording, options: Namespace) -> Timeline:
