@@ -20,7 +20,8 @@ def page_html(document: Mapping[str, object], endpoints: Mapping[str, str | None
     """The page of a document of `view.schema.json`. A page that is served names its endpoints: `events`, `window`."""
     given = {"title": document["title"], "css": _part("page.css"), "script": _script(), "document": _embed(document)}
     template = jinja2.Template(_part("page.html.j2"), keep_trailing_newline=True)
-    return str(template.render(given, endpoints=None if endpoints is None else _embed(endpoints)))
+    html = str(template.render(given, endpoints=None if endpoints is None else _embed(endpoints)))
+    return html.encode("utf-8", "backslashreplace").decode("utf-8")  # names of files may have bytes that are no text
 
 
 @cache
