@@ -461,6 +461,9 @@ ELSEWHERE = {
     "E406": "needs a package to be missing: tests/report/test_drawing.py",
     "E423": "needs a package to be missing: tests/kripke/export/test_structure.py",
     "E464": "needs a package to be missing: tests/cli/test_missing.py",
+    "E560": "needs an editor: tests/extensions/editor/test_editing.py",
+    "E561": "needs an editor: tests/extensions/editor/test_broken.py",
+    "E562": "needs an editor: tests/extensions/editor/test_editing.py",
     "W401": "needs a trace of very many steps, or a smaller limit: tests/cli/commands/test_replay.py",
 }
 """Codes whose example was copied by hand from what the program said, and why no command here provokes them."""

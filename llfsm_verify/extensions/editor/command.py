@@ -19,6 +19,8 @@ def arguments(parser: CommandParser) -> None:
 
 def run(options: Namespace) -> int:  # noqa: ARG001 - there are none
     """Serve until the editor ends it. Returns the exit code."""
+    import pygls  # noqa: F401 - where it is missing, the command line says which extra brings it
+
     from llfsm_verify.extensions.editor.features import run as serve
 
     return serve()

@@ -13,6 +13,7 @@ from llfsm_verify.plug import CommandParser, UsageError, other_arrangement, read
 
 WHOLE = (0, None)
 CODE, WHAT = "E490", "the page"
+SUFFIXES = (".html", ".htm")
 
 
 def arguments(parser: CommandParser) -> None:
@@ -63,6 +64,8 @@ def run(options: Namespace) -> int:
         if port or options.open:
             raise UsageError("-o writes a file and serves nothing: leave --port and --open out")
         ready_beside([name, *filter(None, [options.arrangement])], output, CODE, WHAT)
+        if output != "-" and Path(output).suffix.lower() not in SUFFIXES:
+            raise UsageError(f"`{output}` does not end like a page: name it {' or '.join(SUFFIXES)}")
         document = document_of_file(name, options.arrangement, *(steps or WHOLE))
         tell(*(f"note: {note}" for note in document["notes"]))
         write_whole(page_html(document), output, CODE, WHAT)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 from tempfile import gettempdir
 from typing import Any
 
 from llfsm_verify import Diagnostic, DiagnosticError
-from llfsm_verify.extensions.view.codes import WINDOW
+from llfsm_verify.extensions.view.codes import ABSENT, WINDOW
 from llfsm_verify.extensions.view.colours import colours_of
 from llfsm_verify.extensions.view.performing import Performing, Step, Taken
 from llfsm_verify.extensions.view.sources import Files, arrangement_svg, machines_of
@@ -45,6 +45,8 @@ MOST_RUNS = 50
 """Runs of a page; a note says how many are left out."""
 UNPACKED = re.compile(rf"^{re.escape(str(Path(gettempdir()).resolve()))}/llfsm-[^/]+/")
 """Where the files of a recording are while it is read."""
+TRACE_KEYS, MOST_HEAD = ("trace:", "digest:", "expect:", '"digest"'), 10_000
+"""Keys of saved traces, and lines among which they are."""
 Document = dict[str, Any]
 
 
@@ -86,6 +88,10 @@ def document_of_file(path: str, instead: str | None, first: int = 0, last: int |
             recording = left.enter_context(Recording(path))
             left.enter_context(compared(recording))
             return _recorded(recording, path, instead, first, last)
+    if path != "-" and not _is_trace(path):
+        message = f"`{path}` is neither a recording nor a saved trace"
+        hint = "`llfsm verify --save-traces DIR` saves traces; `--report out.html` makes a page of a check"
+        raise DiagnosticError(Diagnostic(ABSENT, message, hint=hint))
     done = replay_file(path, instead, load_arrangement)
     trace = done.replay.trace
     page = _Page(done.arrangement, "trace")
@@ -94,6 +100,15 @@ def document_of_file(path: str, instead: str | None, first: int = 0, last: int |
     goal = done.file.goal
     page.add_trace(path, "trace", done.title, trace, None if goal is None else goal.name, (first, last))
     return page.document(notes=[done.sentence, *done.notes])
+
+
+def _is_trace(path: str) -> bool:
+    """Whether a file may be a saved trace: what else is wrong in it, its reader says."""
+    try:
+        with open(path, encoding="utf-8", errors="replace") as file:
+            return any(line.startswith(TRACE_KEYS) for line in islice(file, MOST_HEAD))
+    except OSError:
+        return True
 
 
 def document_of_coverage(found: Coverage, arrangement: Arrangement) -> Document:
@@ -144,15 +159,13 @@ class _Page:
             Move(None if s.process is None else processes[s.process], {c.choice: c.value for c in s.choices})
             for s in trace.steps
         )
-        taken = performing.run(performing.execution.start(trace.initial_free), map(Step, moves))
+        taken = performing.run(lambda execution: execution.start(trace.initial_free), map(Step, moves))
         run = _Run(self, taken, *steps, begins=1)
         run.cause(0, trace.initial_causes)
         for number, step in enumerate(trace.steps, 1):
             run.cause(number, step.causes)
-        end = len(trace.steps) if trace.fault is not None else trace.failed_at
-        if trace.fault is not None:
-            run.mark(end, "fault", f"{trace.fault.code}: {trace.fault.message}", place=trace.fault.span)
-        elif end is not None:
+        end = trace.failed_at
+        if trace.fault is None and end is not None:
             words = "reached" if kind == "witness" else "violation"
             because = f": {trace.because}" if trace.because else ""
             run.mark(end, words, ("it is reached here" if kind == "witness" else "it is violated here") + because)
@@ -239,13 +252,14 @@ class _Run:
             self._ran.append(self._sets.setdefault(places, len(self._sets)))
             for kind, text, span in one.events:
                 self.mark(one.step, "event", f"{kind}: {text}", place=span)
+            if one.fault is not None:
+                self.mark(one.step, "fault", one.fault[0], place=one.fault[1])
             if one.frame is not None:
                 self.frames[one.frame] = one.step
         if not self._ran:
-            steps = f"{self.total - 1:,}" if self.total else "no"
-            raise DiagnosticError(
-                Diagnostic(WINDOW, f"there is no step {first:,}: the run has {steps} steps", hint="see --steps A:B")
-            )
+            steps = (self.total or 1) - 1
+            message = f"there is no step {first:,}: the run has {steps:,} steps"
+            raise DiagnosticError(Diagnostic(WINDOW, message, hint=f"write `--steps 0:{steps}`"))
 
     def row_of(self, step: int) -> int | None:
         """The row of a step; None: it is not in the window."""
@@ -311,8 +325,7 @@ def _recorded(recording: Recording, path: str, instead: str | None, first: int, 
                 frame, cycle = next(cycles, (found.frame, cycle))
             yield Step(found.move, found.frame, cycle)
 
-    record = recorded.start.record(performing.execution)
-    run = _Run(page, performing.run(record, steps(), begins), first, last, begins=0)
+    run = _Run(page, performing.run(recorded.start.record, steps(), begins), first, last, begins=0)
     _mark_verdicts(run, path, code)
     made = run.made(path, "recording", f"{arrangement.name}, recorded in {path}", None)
     made["ending"] = said[0] if said else None

@@ -319,6 +319,9 @@ def absent(name: str, why: str) -> DiagnosticError:
     if name in known:
         return DiagnosticError(Diagnostic(ABSENT, why, hint="`llfsm whiteboard list` says what there is"))
     path = Path(name)
+    if path.is_dir():
+        message = f"`{name}` is a folder: name a saved trace or a recording in it"
+        return DiagnosticError(Diagnostic(ABSENT, message, hint="`llfsm whiteboard list` says what runs"))
     with suppress(OSError, ValueError):
         known += [str(path.with_name(each.name)) for each in path.parent.iterdir() if each.is_file() and path.name]
     near = near_names(name, known)

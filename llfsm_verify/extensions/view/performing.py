@@ -7,7 +7,7 @@ measured, so that no line is shown by guessing.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -23,6 +23,7 @@ from llfsm_verify.plug import (
     Observer,
     Shown,
     Span,
+    lower,
     probed,
     program_slots,
     starting_values,
@@ -48,6 +49,8 @@ class Taken(NamedTuple):
     """``refused`` or ``faulted``, what is said of it, and where."""
     frame: int | None
     """Of a recording."""
+    fault: tuple[str, Span | None] | None = None
+    """Why the step cannot be taken, and where: nothing is changed by it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,14 +67,15 @@ class Performing:
 
     def __init__(self, arrangement: Arrangement) -> None:
         self._machines = {machine.name: machine for machine in arrangement.texts}
-        self._probed = probed(arrangement, keep_all_bits=True)
-        program = self._probed.program
-        self.execution = Execution(program)
-        layout = self.execution.layout
+        told = probed(arrangement, keep_all_bits=True)
+        self._beside = Execution(told.program)
+        """Tells what comes out at each place; faults are outcomes there, so that half of a step would be shown."""
+        self.execution = Execution(lower(arrangement, keep_all_bits=True))
+        program, layout = self.execution.program, self.execution.layout
         self._frames = FrameLayout.of(program, layout)
         self.slots: tuple[BoardSlot, ...] = program_slots(program, layout, self._frames)
-        self._observer = Observer(program, layout)
-        named = {name: outcome for outcome, name in self._probed.outputs.items()}
+        self._observer = Observer(told.program, self._beside.layout)
+        named = {name: outcome for outcome, name in told.outputs.items()}
         self._outcomes = tuple(named.get(name) for name in self._observer.names)
         self._names = {choice.name: number for number, choice in enumerate(program.choices)}
         self._cycle, self._ran, self._fired, self._spent = map(
@@ -84,10 +88,11 @@ class Performing:
         self._pending = [layout.reader(name) if name in layout.fields else _nothing for name in pending]
         self._lines: dict[tuple[int, int, bool, int], tuple[Span, ...]] = {}
 
-    def run(self, record: bytes, steps: Iterable[Step], cycle: int = 0) -> Iterator[Taken]:
-        """The beginning in this record and cycle, and each step until one cannot be taken (a value leaves 64 bits).
+    def run(self, start: Callable[[Execution], bytes], steps: Iterable[Step], cycle: int = 0) -> Iterator[Taken]:
+        """The beginning in the record that `start` gives, in this cycle, and each step until one cannot be taken.
         Cycles of several processes are counted together, unless the steps say theirs."""
-        program, execution = self.execution.program, self.execution
+        program, execution, beside = self.execution.program, self.execution, self._beside
+        record, shadow = start(execution), start(beside)
         begin = starting_values(program)
         choices = [begin.get(choice.name, choice.type.low) for choice in program.choices]
         words = [0] * self._frames.words
@@ -104,37 +109,56 @@ class Performing:
             for name, value in step.move.choices.items():
                 if name in self._names:
                     choices[self._names[name]] = value
-            result = execution.step(record, step.move)
-            if result.status:
-                return
-            before, record = record, result.record
+            result, told = execution.step(record, step.move), beside.step(shadow, step.move)
             cycle = cycle + whole if step.cycle is None else step.cycle
+            before, record, shadow = record, result.record, told.record
+            slot = None if step.move.process is None else self._slot(before, step.move.process)
+            machine = None if slot is None else self._machines[program.machines[program.slots[slot].machine].name]
+            who = None if machine is None else machine.name
+            letter = 0 if told.status else self._observer.letter(shadow)
+            if result.status:
+                lines = (
+                    () if slot is None or machine is None else self._ran_lines(machine, slot, before, before, letter)
+                )
+                yield Taken(number, cycle, values(), who, None, lines, (), step.frame, self._fault(result.status))
+                return
             whole = bool(self._cycle(record))
-            ran = self._ran(record) - 1
-            stutters = ran < 0 or step.move.process is None
-            machine = None if stutters else self._machines[program.machines[program.slots[ran].machine].name]
-            fired = (
-                None if machine is None or not self._fired(record) else (self._spent(record), self._fired(record) - 1)
-            )
-            lines = () if machine is None else self._ran_lines(machine, ran, before, record)
+            if slot is None or machine is None or not self._ran(record):
+                yield Taken(number, cycle, values(), None, None, (), (), step.frame)
+                continue
+            fired = (self._spent(record), self._fired(record) - 1) if self._fired(record) else None
+            lines = self._ran_lines(machine, slot, before, record, letter)
             sites = {"refused": program.refusals, "faulted": program.faults}
             events = tuple(
                 (kind, sites[kind][found[0]].message, sites[kind][found[0]].span)
                 for kind, _, found in result.events
                 if kind in sites
             )
-            yield Taken(
-                number, cycle, values(), None if machine is None else machine.name, fired, lines, events, step.frame
-            )
+            yield Taken(number, cycle, values(), who, fired, lines, events, step.frame)
 
-    def _ran_lines(self, machine: Machine, slot: int, before: bytes, after: bytes) -> tuple[Span, ...]:
-        """The actions and guards that ran in a ringlet, in the order of its text."""
-        spent = self._spent(after)
+    def _slot(self, record: bytes, process: int) -> int:
+        """Whose turn it is."""
+        of = self.execution.program.processes[process]
+        turn = self.execution.layout.decode(record)[of.turn]
+        assert isinstance(turn, int)
+        return of.slots[turn]
+
+    def _fault(self, status: int) -> tuple[str, Span | None]:
+        faults = self.execution.program.faults
+        if not 0 < status <= len(faults):
+            return "a value leaves 64 bits", None
+        site = faults[status - 1]
+        return f"{site.code}: {site.message}", site.span
+
+    def _ran_lines(self, machine: Machine, slot: int, before: bytes, after: bytes, letter: int) -> tuple[Span, ...]:
+        """The actions and guards that ran in a ringlet, in the order of its text. `after`: the record before, where the
+        step ends in a fault."""
+        spent = self._state[slot](before) if after is before else self._spent(after)
         moved = self._state[slot](before) != spent or bool(self._pending[slot](before))
         enters = moved or not self._entered[slot](before)
-        key = (slot, spent, enters, self._observer.letter(after))
+        key = (slot, spent, enters, letter)
         if key not in self._lines:
-            self._lines[key] = tuple(self._told(machine, spent, enters, key[3]))
+            self._lines[key] = tuple(self._told(machine, spent, enters, letter))
         return self._lines[key]
 
     def _told(self, machine: Machine, spent: int, enters: bool, letter: int) -> Iterator[Span]:

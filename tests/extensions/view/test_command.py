@@ -166,3 +166,10 @@ def test_the_package_is_asked_for_before_the_work(folder: Path, tmp_path: Path, 
         "error[E464]: this needs the package jinja2, which is not installed",
         "  hint: install it with `pip install jinja2`, or in our folder with `pip install -e '.[view]'`",
     ]
+
+
+def test_a_package_that_the_language_server_needs_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pygls", None)
+    done = llfsm("lsp")
+    assert (done.returncode, done.stdout) == (3, "")
+    assert done.stderr.startswith("error[E464]: this needs the package pygls, which is not installed\n")

@@ -5,16 +5,18 @@ from __future__ import annotations
 import json
 import re
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 import jsonschema
 import pytest
 
+import llfsm_verify as lv
 from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.extensions.view import document
-from llfsm_verify.extensions.view.document import document_of_result
+from llfsm_verify.extensions.view.document import document_of_file, document_of_result
 from llfsm_verify.extensions.view.page import page_html
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.verification.verify import verify
@@ -74,3 +76,32 @@ def test_no_text_ends_its_element(checked: tuple[Result, Any]) -> None:
     assert "alert(1)</script>" not in html
     found = re.search(r'<script type="application/json" id="view-document">(.*?)</script>', html, re.DOTALL)
     assert found is not None and json.loads(found[1]) == document
+
+
+DIVIDES = "name: d\ncycle_ms: 10\nmachines: {m: {file: m.yaml}}\nschedule: [m]\n"
+FALLS = """\
+machine: M
+variables: {n: {type: 0..3, init: 3}, k: {type: 0..9, init: 0}}
+states:
+  - {name: A, internal: "n = n - 1; k = 8 / n;", transitions: [{to: A, when: k == 9}]}
+"""
+
+
+def test_a_step_that_ends_in_a_fault_changes_nothing(tmp_path: Path) -> None:
+    """Of a check, and of a recording, which the runtime has made: what is shown is what there was."""
+    (tmp_path / "d.yaml").write_text(DIVIDES)
+    (tmp_path / "m.yaml").write_text(FALLS)
+    model = lv.load(tmp_path / "d.yaml")
+    result = model.check()
+    (of_check,) = document_of_result(result.wrapped, model.wrapped)["runs"]
+    with model.run(rate=0, record=tmp_path / "d.rec") as run:
+        run.wait()
+    (recorded,) = document_of_file(str(tmp_path / "d.rec"), None)["runs"]
+    for shown in (of_check, recorded):
+        assert shown["rows"]["step"] == [0, 1, 2, 3]
+        n, k = (next(c for c in shown["changes"] if c["values"][0] == first) for first in (3, 0))
+        assert (n["at"], n["values"], k["at"], k["values"]) == ([0, 1, 2], [3, 2, 1], [0, 1, 2], [0, 4, 8])
+        (mark,) = shown["marks"]
+        assert (mark["row"], mark["kind"]) == (3, "fault")
+        assert mark["text"] == "F002: division by zero: n is 0" and mark["place"][1:3] == [4, 41]
+        assert shown["ran"]["sets"][shown["ran"]["rows"][3]], "the action in which it ends is shown"

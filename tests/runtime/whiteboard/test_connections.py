@@ -24,6 +24,7 @@ import pytest
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.replacing import Change, Replacement
+from llfsm_verify.jsonvalue import Json
 from llfsm_verify.limits import Limits
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
@@ -325,6 +326,7 @@ class Changeable:
     def __init__(self, document: dict[str, object]) -> None:
         self.arrangement = made(json.dumps(document))[0]
         self.problem: Exception | None = None
+        self.replaced: list[Json] = []
         self.asked = list[Callable[[int | str, Sequence[str]], None]]()
 
     def admit(self, change: Change) -> None:
