@@ -201,8 +201,9 @@ class Server(LanguageServer):
     async def check(self, uri: str, name: str) -> dict[str, object]:
         """Check a property, and say what came of it."""
         file = file_of(uri)
-        findings = None if file is None else next((f for f in self.state.reads(file) if file in f.sorts), None)
-        if file is None or findings is None or findings.root == file:
+        known = () if file is None else (self.state.known(file), *self.state.reads(file))
+        findings = next((f for f in known if f is not None and file in f.sorts and f.root != file), None)
+        if file is None or findings is None:
             return {"verdict": "unknown", "text": "no arrangement is known for this property file"}
         running = self.state.verdicts.get((file, name))
         if running is not None and running.checked is None:
