@@ -224,6 +224,18 @@ def test_a_lasso_is_played_on_and_on_and_another_run_ends(page: Open) -> None:
     assert driver.find_element("css selector", "#play").text == "▶ Play"
 
 
+def test_ticks_under_the_slider_stay_at_their_rows_when_rows_come(page: Open) -> None:
+    driver = page(sample(12))
+    left = "return document.querySelector('.strip .violation').style.left"
+    assert (shown(driver)["row"], driver.execute_script(left)) == (0, "100%")
+    driver.execute_script(
+        "const { walk, refresh } = llfsmView; const { rows } = walk.run;"
+        "for (let i = 0; i < 36; i += 1) for (const column of Object.values(rows)) column.push(column.at(-1)); refresh()"
+    )
+    shown(driver)
+    assert driver.execute_script(left) == "25%"
+
+
 def test_a_colour_is_that_of_the_document_in_light_and_in_dark(page: Open) -> None:
     driver = page(sample(12))
     papers = set()

@@ -68,7 +68,7 @@ export function start(page) {
     const { run, row } = walk;
     player.show();
     if (fresh.grown) timing.grow();
-    if (fresh.grown && now > fresh.marked + 1000) {
+    if (fresh.grown && (fresh.asked || now > fresh.marked + 1000)) {
       fresh.marked = now;
       player.mark();
     }
