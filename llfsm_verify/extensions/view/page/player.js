@@ -1,6 +1,6 @@
 // Goes through a run: a slider over steps, cycles or time, play, and jumps to what one looks for.
 
-import { make, say } from "./drawing.js";
+import { make, quote, say } from "./drawing.js";
 import { SYMBOLS, lastAt, nextChange, nextMark, rowAfter, rowCount, rowOfCycle, rowOfTime, spell, tell, wordRow } from "./model.js";
 
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 50, 200, 1000];
@@ -250,7 +250,7 @@ export function createTeller(place, view, walk, moment = 350) {
     waiting = null;
     if (told === walk.row && place.textContent) return;
     told = walk.row;
-    place.textContent = tell(view, walk.run, walk.row);
+    place.replaceChildren(...quote(tell(view, walk.run, walk.row)));
   };
   return () => {
     const urgent = walk.playing && walk.run.marks.some((mark) => mark.row === walk.row && mark.kind === "violation");
