@@ -6,7 +6,7 @@ import pytest
 
 from tests import outside
 from tests.extensions.view.samples import sample
-from tests.extensions.view.test_page import Open, shown, wait_for
+from tests.extensions.view.test_page import Open, shown, slide, wait_for
 
 pytestmark = [pytest.mark.slow, outside.needs("chromium", "chromedriver", "selenium")]
 
@@ -87,6 +87,18 @@ def test_long_lines_of_a_source_are_scrolled_to(page: Open) -> None:
     shown(driver)
     wide = "const text = document.querySelector('.text'); return text.scrollWidth - text.clientWidth"
     assert driver.execute_script(wide) > 1000
+
+
+def test_where_lines_that_ran_are_unknown_the_transition_that_fired_is_marked(page: Open) -> None:
+    document = sample(12)
+    (run,) = document["runs"]
+    run["ran"] = None
+    row, machine, transition = run["fired"][0]
+    document["machines"][machine]["transitions"][transition]["place"] = [1, 1, 1, 1, 5]
+    driver = page(document)
+    assert slide(driver, row)["ran"] == [1]
+    assert driver.execute_script("return document.querySelector('.text').dataset.file") == "props.ltl"
+    assert slide(driver, 0)["ran"] == []
 
 
 def test_letters_of_all_drawings_have_one_size(page: Open) -> None:

@@ -75,7 +75,7 @@ export function start(page) {
     if (drawn("timing")) timing.show();
     if (rowCount(run)) {
       if (drawn("machines")) light(run, row);
-      if (drawn("source")) sources.show(run, row);
+      if (drawn("source")) sources.show(run, row, walk.follow);
       if (drawn("values")) values(run, row);
       if (drawn("machines")) tellVisits(row);
     }

@@ -1,7 +1,7 @@
 // Tells what stands around the drawings: verdicts, sources, values, events, statistics, coverage, how a live run does.
 
 import { fill, line, make, quote, say, sayQuoted } from "./drawing.js";
-import { KINDS, SYMBOLS, changesAt, clip, lastAt, listOrder, marksAt, placesAt, spell, valueAt, wordRow, wordTime, wordValue } from "./model.js";
+import { KINDS, SYMBOLS, changesAt, clip, firedAt, lastAt, listOrder, marksAt, placesAt, spell, valueAt, wordRow, wordTime, wordValue } from "./model.js";
 
 const VERDICTS = { holds: "✓", violated: "✗", unknown: "?", undecided: "…" };
 const STATUSES = { covered: "✓", reachable: "○", unreachable: "–", unknown: "?" };
@@ -80,6 +80,7 @@ export function showSources(view, section) {
   let shown = -1;
   let marked = [];
   let ran = [];
+  const placeOf = ([machine, transition]) => view.machines[machine].transitions[transition].place;
 
   function load(index) {
     if (shown === index) return;
@@ -132,8 +133,10 @@ export function showSources(view, section) {
     if (place[2] > 0) section.scrollIntoView({ block: "nearest" });
   }
 
-  function show(run, row) {
-    const places = placesAt(run, row).filter(Boolean);
+  /** Mark what ran at a row or, where only that is known and the run is not followed, which transitions fired. */
+  function show(run, row, followed) {
+    const known = run.ran ? placesAt(run, row) : followed ? [] : firedAt(run, row).map(placeOf);
+    const places = known.filter(Boolean);
     section.dataset.ran = places.map(([file, line]) => `${file}:${line}`).join(" ");
     none.textContent = run.ran && !places.length ? "no line ran in this row" : "";
     if (!along.checked || (places === ran && marked.length)) return;
@@ -142,7 +145,8 @@ export function showSources(view, section) {
     mark(places, "ran");
   }
 
-  if (view.files.length) load(0);
+  const sizes = view.files.map((file) => file.text.length);
+  if (sizes.length) load(view.source === "live" ? sizes.indexOf(Math.max(...sizes)) : 0);
   return { show, open };
 }
 
