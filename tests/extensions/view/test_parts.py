@@ -60,6 +60,7 @@ def test_only_machines_that_are_known_are_counted(page: Open) -> None:
     driver = page(document)
     shown(driver)
     assert driver.find_element("id", "machines-title").get_attribute("data-visits").split()[1::2] == ["3", "3"]
+    assert not driver.find_elements("css selector", "[data-machine='1'] [data-state]:not(.visited)")
 
 
 def test_what_a_text_quotes_is_code(page: Open) -> None:

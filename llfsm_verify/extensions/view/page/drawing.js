@@ -214,25 +214,26 @@ function lightMachine(view, run, row, shown, index) {
   const wrong = marks.some((mark) => mark.kind === "violation" || mark.kind === "fault");
   const mine = marks.filter((mark) => mark.kind === "cause" && (mark.signals || []).includes(machine.signal));
   const visits = visitsUpTo(view, run, index, row);
+  const unknown = typeof machine.signal !== "number";
   const acts = run.rows.turn[row] === index || fired.length > 0;
   shown.nodes.forEach((node, i) => {
     if (!node) return;
     if (i === current && !node.classList.contains("lit")) reveal(node);
     node.classList.toggle("lit", i === current);
     node.classList.toggle("wrong", i === current && wrong && acts);
-    node.classList.toggle("visited", visits.entered[i] > 0);
+    node.classList.toggle("visited", unknown || visits.entered[i] > 0);
     node.dataset.visits = visits.entered[i];
   });
   shown.edges.forEach((edge, i) => {
     if (!edge) return;
     edge.classList.toggle("lit", fired.includes(i));
     edge.classList.toggle("wrong", fired.includes(i) && wrong);
-    edge.classList.toggle("visited", visits.fired[i] > 0);
+    edge.classList.toggle("visited", unknown || visits.fired[i] > 0);
     edge.dataset.visits = visits.fired[i];
   });
   shown.element.classList.toggle("acts", acts);
   shown.element.classList.toggle("cause", mine.length > 0);
-  const known = typeof machine.signal === "number" ? valueAt(run, machine.signal, row) : undefined;
+  const known = unknown ? undefined : valueAt(run, machine.signal, row);
   say(shown.state, known === undefined ? "" : `in ${clip(known, 60)}`);
   shown.element.dataset.state = known === undefined ? "" : String(known);
   shown.element.dataset.fired = fired.join(" ");
