@@ -166,7 +166,7 @@ function drawMachine(view, machine, index, style) {
     for (const named of drawing.querySelectorAll("[id]")) if (named.localName === "g") named.removeAttribute("id");
     element.append(make("div", { class: "drawing", tabindex: 0, role: "group", "aria-label": "Drawing" }, drawing));
     const width = fit(drawing);
-    if (width > 0) element.style.flexBasis = `${Math.ceil(width) + 24}px`;
+    if (width > 0) element.style.flexBasis = `${Math.ceil(width) + 22}px`;
   } else {
     element.append(make("ol", { class: "states" }, ...nodes));
   }
@@ -179,13 +179,13 @@ function drawMachine(view, machine, index, style) {
   return { element, nodes, edges, state, count, fired, marks };
 }
 
-/** Graphviz says sizes in points; all drawings are as large as that, or as their place allows. Returns the pixels. */
+/** Graphviz says sizes in points; all drawings are as large, in pixels, or as their place allows. Returns the width. */
 function fit(drawing) {
   const [, , width] = (drawing.getAttribute("viewBox") || "").split(/[\s,]+/).map(Number);
   drawing.removeAttribute("height");
   drawing.removeAttribute("width");
-  if (width > 0) drawing.style.width = `${Math.round(width * 1.2)}px`;
-  return width * 1.2;
+  if (width > 0) drawing.style.width = `${width}px`;
+  return width;
 }
 
 /** Scroll a drawing so that what is active can be seen. */
