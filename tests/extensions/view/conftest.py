@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from llfsm_verify.extensions.view.page import page_html
 from tests import outside
 
 ALONE = (
@@ -83,3 +84,9 @@ def opened(browser: Any, no_errors: Callable[[], None], tmp_path: Path) -> Calla
         return browser
 
     return opened
+
+
+@pytest.fixture
+def page(opened: Callable[[str], Any]) -> Callable[[Any], Any]:
+    """Opens the page of a document, and gives the browser."""
+    return lambda document: opened(page_html(document))

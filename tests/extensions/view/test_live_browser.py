@@ -88,7 +88,7 @@ def test_a_machine_is_replaced_before_the_eyes(browser, counter, no_errors):
         assert live(browser)["lit"][0] in ("UP", "TOP")
         run.replace("count", counter.parent / "down.yaml", unchecked=True)
         wait_until(lambda: connected(browser)() and live(browser)["lit"][0] in ("DOWN", "LOW"))
-        assert "`count` was replaced" in browser.find_element("id", "notes").text
+        assert "count was replaced" in browser.find_element("id", "notes").text
         no_errors()
         browser.get("about:blank")
 

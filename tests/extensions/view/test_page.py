@@ -64,11 +64,6 @@ return texts.map((e) => { const [a, b] = [numbers(getComputedStyle(e).color), un
 FRAME = "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(() => done()));"
 
 
-@pytest.fixture
-def page(opened: Callable[[str], Any]) -> Open:
-    return lambda document: opened(page_html(document))
-
-
 def shown(driver: Any) -> Any:
     """What the page shows, after the next frames."""
     driver.execute_async_script(FRAME)
@@ -122,8 +117,8 @@ def expect(document: Any, row: int, seen: Any) -> None:
 def test_the_slider_moves_the_whole_picture(page: Open) -> None:
     document = sample(60, seed=3)
     driver = page(document)
-    expect(document, 0, shown(driver))
-    for row in (60, *random.Random(1).sample(range(60), 12)):
+    expect(document, 60, shown(driver))
+    for row in (0, *random.Random(1).sample(range(60), 12)):
         expect(document, row, slide(driver, row))
     assert driver.find_element("css selector", "#title").text == "Two lights"
     verdicts = driver.find_elements("css selector", "#verdicts tr[data-name]")
@@ -149,6 +144,7 @@ def test_all_is_done_by_the_keyboard_and_told_in_words(page: Open) -> None:
     driver.find_element("css selector", "body").send_keys(Keys.TAB)
     assert driver.switch_to.active_element.get_attribute("class") == "skip"
     press(driver, Keys.ENTER)
+    press(driver, Keys.HOME)
     moves = [
         (Keys.ARROW_RIGHT, 1), (Keys.ARROW_RIGHT, 2), (Keys.SHIFT + Keys.ARROW_RIGHT + Keys.NULL, 3),
         (Keys.ARROW_LEFT, 2), ("v", 12), ("E", 6), ("E", 4), ("e", 6), (Keys.HOME, 0), (Keys.END, 12),
@@ -162,6 +158,7 @@ def test_all_is_done_by_the_keyboard_and_told_in_words(page: Open) -> None:
     press(driver, "?")
     assert driver.execute_script("return document.querySelector('#help').open")
     assert "next violation" in driver.find_element("css selector", "#help").text
+    assert driver.execute_script("return document.querySelector('#help').scrollTop") == 0
     press(driver, Keys.ESCAPE)
     driver.execute_script("document.querySelector('#verdicts [data-run]').focus()")
     expect(document, 12, press(driver, Keys.ENTER))

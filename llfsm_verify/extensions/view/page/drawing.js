@@ -24,6 +24,17 @@ export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
+/** The parts of a text, in which what stands between backticks is code. */
+export function quote(text) {
+  const parts = text.split(/`([^`]+)`/).map((part, i) => (i % 2 ? make("code", { text: part }) : part));
+  return parts.filter((part) => part !== "");
+}
+
+/** Say a text with what it quotes; see `quote` and `say`. */
+export function sayQuoted(element, text) {
+  if (element.textContent !== text.replace(/`([^`]+)`/g, "$1")) element.replaceChildren(...quote(text));
+}
+
 /** A row of a table: its head, then its cells; each is a text, an element or a list of them. */
 export function line(head, ...cells) {
   const within = (what) => (Array.isArray(what) ? what : [what]).filter((part) => part !== null);
@@ -89,6 +100,37 @@ export function drawMachines(view, place, style) {
   return (run, row) => shown.forEach((one, index) => lightMachine(view, run, row, one, index));
 }
 
+/**
+ * Mark what is covered in the machines of an element, without a run: a goal is that of a state or a transition by its
+ * machine and its place. Without coverage nothing is marked as missing. Returns how many there are, by kind.
+ */
+export function lightCoverage(view, place) {
+  const goals = view.coverage ? view.coverage.goals : [];
+  const key = (kind, machine, span) => `${kind} ${machine} ${span}`;
+  const known = new Map(goals.map(({ kind, name, span, status }) => [key(kind, name.split(": ")[0], span), status]));
+  const counts = { state: [0, 0], transition: [0, 0] };
+  const light = (element, kind, machine, item) => {
+    const status = item.place ? known.get(key(kind, machine, item.place)) : undefined;
+    if (status !== undefined) element.dataset.status = status;
+    element.classList.toggle("visited", status === undefined || status === "covered");
+    if (status === undefined) return;
+    counts[kind][0] += status === "covered";
+    counts[kind][1] += 1;
+  };
+  for (const figure of place.querySelectorAll("[data-machine]")) {
+    const { name, states, transitions } = view.machines[figure.dataset.machine];
+    const stated = new Map(states.map((state) => [state.name, state]));
+    for (const element of figure.querySelectorAll("[data-state]")) {
+      light(element, "state", name, stated.get(element.dataset.state));
+    }
+    for (const element of figure.querySelectorAll("[data-transition]")) {
+      light(element, "transition", name, transitions[element.dataset.transition]);
+    }
+    for (const said of figure.querySelectorAll(".fired, .mark")) said.hidden = true;
+  }
+  return counts;
+}
+
 /** The drawing of the arrangement, and whose turn follows whose. */
 function showArrangement({ arrangement: { svg, processes } }) {
   const drawing = svg ? cleanDrawing(svg) : null;
@@ -123,7 +165,8 @@ function drawMachine(view, machine, index, style) {
     drawing.setAttribute("aria-label", `Drawing of ${clip(machine.name)}`);
     for (const named of drawing.querySelectorAll("[id]")) if (named.localName === "g") named.removeAttribute("id");
     element.append(make("div", { class: "drawing", tabindex: 0, role: "group", "aria-label": "Drawing" }, drawing));
-    if (fit(drawing) > 600) element.classList.add("broad");
+    const width = fit(drawing);
+    if (width > 0) element.style.flexBasis = `${Math.ceil(width) + 22}px`;
   } else {
     element.append(make("ol", { class: "states" }, ...nodes));
   }
@@ -136,12 +179,12 @@ function drawMachine(view, machine, index, style) {
   return { element, nodes, edges, state, count, fired, marks };
 }
 
-/** Graphviz says sizes in points; a drawing is as wide as that, or as its place allows. Returns its width in points. */
+/** Graphviz says sizes in points; all drawings are as large, in pixels, or as their place allows. Returns the width. */
 function fit(drawing) {
   const [, , width] = (drawing.getAttribute("viewBox") || "").split(/[\s,]+/).map(Number);
   drawing.removeAttribute("height");
   drawing.removeAttribute("width");
-  if (width > 0) drawing.style.width = `${Math.round(width * 1.2)}px`;
+  if (width > 0) drawing.style.width = `${width}px`;
   return width;
 }
 
@@ -171,25 +214,26 @@ function lightMachine(view, run, row, shown, index) {
   const wrong = marks.some((mark) => mark.kind === "violation" || mark.kind === "fault");
   const mine = marks.filter((mark) => mark.kind === "cause" && (mark.signals || []).includes(machine.signal));
   const visits = visitsUpTo(view, run, index, row);
+  const unknown = typeof machine.signal !== "number";
   const acts = run.rows.turn[row] === index || fired.length > 0;
   shown.nodes.forEach((node, i) => {
     if (!node) return;
     if (i === current && !node.classList.contains("lit")) reveal(node);
     node.classList.toggle("lit", i === current);
     node.classList.toggle("wrong", i === current && wrong && acts);
-    node.classList.toggle("visited", visits.entered[i] > 0);
+    node.classList.toggle("visited", unknown || visits.entered[i] > 0);
     node.dataset.visits = visits.entered[i];
   });
   shown.edges.forEach((edge, i) => {
     if (!edge) return;
     edge.classList.toggle("lit", fired.includes(i));
     edge.classList.toggle("wrong", fired.includes(i) && wrong);
-    edge.classList.toggle("visited", visits.fired[i] > 0);
+    edge.classList.toggle("visited", unknown || visits.fired[i] > 0);
     edge.dataset.visits = visits.fired[i];
   });
   shown.element.classList.toggle("acts", acts);
   shown.element.classList.toggle("cause", mine.length > 0);
-  const known = typeof machine.signal === "number" ? valueAt(run, machine.signal, row) : undefined;
+  const known = unknown ? undefined : valueAt(run, machine.signal, row);
   say(shown.state, known === undefined ? "" : `in ${clip(known, 60)}`);
   shown.element.dataset.state = known === undefined ? "" : String(known);
   shown.element.dataset.fired = fired.join(" ");
@@ -200,5 +244,5 @@ function lightMachine(view, run, row, shown, index) {
   say(shown.fired, words.length ? `→ fired: ${words.join("; ")}` : "");
   const said = mine.map((mark) => `◆ cause: ${clip(mark.text)}`);
   if (wrong && acts) said.push("✗ in the violating step");
-  say(shown.marks, said.join("; "));
+  sayQuoted(shown.marks, said.join("; "));
 }

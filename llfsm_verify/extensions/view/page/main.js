@@ -1,6 +1,6 @@
 // Puts the page together: reads the document, shows a row of a run everywhere at once, listens to keys and to updates.
 
-import { drawMachines, fill, line, make, say } from "./drawing.js";
+import { drawMachines, fill, lightCoverage, line, make, quote, say } from "./drawing.js";
 import { appendUpdate, clip, readDocument, rowCount, spell, visitsUpTo } from "./model.js";
 import { listCoverage, listEvents, listStatistics, listValues, listVerdicts, showLive, showSources } from "./panels.js";
 import { JUMPS, Walk, createPace, createPlayer, createTeller } from "./player.js";
@@ -28,11 +28,11 @@ export function start(page) {
   }
   by("title").textContent = clip(view.title);
   by("about").textContent = `${SOURCES[view.source]} of ${clip(view.arrangement.name)}`;
-  for (const note of view.notes || []) by("notes").append(make("li", { text: clip(note, 1000) }));
+  for (const note of view.notes || []) by("notes").append(make("li", {}, ...quote(clip(note, 1000))));
   by("notes").hidden = !(view.notes || []).length;
   const style = paint(page, view.colours);
   const sources = showSources(view, by("source"));
-  listVerdicts(view, by("verdicts"), (index) => choose(index, true), sources.open);
+  listVerdicts(view, by("verdicts"), (index) => choose(index, "end"), sources.open);
   listCoverage(view, by("coverage"), sources.open);
   listStatistics(view, by("statistics"));
   const walk = new Walk(view.runs[0] || { ...NO_RUN, changes: view.signals.map(() => ({ at: [], values: [] })) });
@@ -68,14 +68,14 @@ export function start(page) {
     const { run, row } = walk;
     player.show();
     if (fresh.grown) timing.grow();
-    if (fresh.grown && now > fresh.marked + 1000) {
+    if (fresh.grown && (fresh.asked || now > fresh.marked + 1000)) {
       fresh.marked = now;
       player.mark();
     }
     if (drawn("timing")) timing.show();
     if (rowCount(run)) {
       if (drawn("machines")) light(run, row);
-      if (drawn("source")) sources.show(run, row);
+      if (drawn("source")) sources.show(run, row, walk.follow);
       if (drawn("values")) values(run, row);
       if (drawn("machines")) tellVisits(row);
     }
@@ -88,7 +88,8 @@ export function start(page) {
   }
 
   function tellVisits(row) {
-    const all = view.machines.map((_, machine) => visitsUpTo(view, walk.run, machine, row));
+    const known = [...view.machines.keys()].filter((machine) => typeof view.machines[machine].signal === "number");
+    const all = known.map((machine) => visitsUpTo(view, walk.run, machine, row));
     const said = ["entered", "fired"].map((kind) => {
       const counts = all.flatMap((visits) => visits[kind]);
       return [counts.filter(Boolean).length, counts.length];
@@ -98,7 +99,8 @@ export function start(page) {
     say(place, `Machines: up to here ${said[0].join(" of ")} states, ${said[1].join(" of ")} transitions`);
   }
 
-  function choose(chosen, jump = false) {
+  /** Show a run, at the row that violates; without one, at the first row or, if asked for, at the `end`. */
+  function choose(chosen, at = "violation") {
     index = chosen;
     const run = view.runs[chosen];
     walk.load(run);
@@ -110,15 +112,16 @@ export function start(page) {
     const ending = run.ending ? `; ${clip(run.ending, 400)}` : "";
     const again = typeof run.loop === "number" && !run.ending;
     const loops = again ? `; after row ${spell(run.loop)} it repeats forever` : "";
-    by("run-text").textContent = `${clip(run.title, 1000)}${loops}${ending}${many}`;
+    by("run-text").replaceChildren(...quote(`${clip(run.title, 1000)}${loops}${ending}${many}`));
     player.load();
     timing.load();
     listed.load(run);
-    if (jump) {
+    const kinds = [...JUMPS.violation, ...(at === "end" ? ["reached"] : [])];
+    const grave = at === "first" || run.kind === "live" ? null : run.marks.find(({ kind }) => kinds.includes(kind));
+    walk.go(grave ? grave.row : at === "end" ? walk.last : 0);
+    if (at === "end") {
       by("run").scrollIntoView({ block: "start" });
       by("player").focus({ preventScroll: true });
-      const grave = run.marks.find(({ kind }) => JUMPS.violation.includes(kind) || kind === "reached");
-      walk.go(grave ? grave.row : walk.last);
     }
     refresh();
   }
@@ -129,7 +132,7 @@ export function start(page) {
   by("runs").append(...view.runs.map((run, i) => make("option", { value: i, text: title(run, i) })));
   by("runs").addEventListener("change", () => choose(Number(by("runs").value)));
   if (view.runs.length) choose(0);
-  else showNoRun(by);
+  else showNoRun(view, by);
   const { events, window: windows } = JSON.parse(embeddedText(page, "view-endpoints") || "null") ?? {};
   const turn = windows && view.runs.length && view.runs[0].window ? offerWindows(view, by, windows, choose) : () => {};
   const other = (way) => view.runs.length && choose((index + way + view.runs.length) % view.runs.length);
@@ -146,12 +149,14 @@ export function start(page) {
   return { view, walk, refresh };
 }
 
-/** Without a run there are only machines, none of whose states is marked as never entered. */
-function showNoRun(by) {
+/** Without a run there are only machines, in which coverage is marked, if it is known. */
+function showNoRun(view, by) {
   by("run-title").textContent = "Model";
   for (const id of ["player", "said", "timing", "values"]) by(id).hidden = true;
-  for (const part of by("machines").querySelectorAll("[data-state], [data-transition]")) part.classList.add("visited");
-  for (const said of by("machines").querySelectorAll(".fired, .mark")) said.hidden = true;
+  const { state, transition } = lightCoverage(view, by("machines"));
+  if (!view.coverage) return;
+  const words = `${state.join(" of ")} states, ${transition.join(" of ")} transitions`;
+  by("machines").querySelector("h3").textContent = `Machines: covered are ${words}; what is not is dashed`;
 }
 
 /** The elements that are on the screen or near it; `changed` is called when others are. */
@@ -286,7 +291,7 @@ function offerWindows(view, by, address, choose) {
       return;
     }
     show();
-    choose(0);
+    choose(0, "first");
   }
   by("windows").replaceChildren(earlier, later);
   by("windows").hidden = false;

@@ -1,7 +1,7 @@
 // Tells what stands around the drawings: verdicts, sources, values, events, statistics, coverage, how a live run does.
 
-import { fill, line, make, say } from "./drawing.js";
-import { KINDS, SYMBOLS, changesAt, clip, lastAt, listOrder, marksAt, placesAt, spell, valueAt, wordRow, wordTime, wordValue } from "./model.js";
+import { fill, line, make, quote, say, sayQuoted } from "./drawing.js";
+import { KINDS, SYMBOLS, changesAt, clip, firedAt, lastAt, listOrder, marksAt, placesAt, spell, valueAt, wordRow, wordTime, wordValue } from "./model.js";
 
 const VERDICTS = { holds: "✓", violated: "✗", unknown: "?", undecided: "…" };
 const STATUSES = { covered: "✓", reachable: "○", unreachable: "–", unknown: "?" };
@@ -45,7 +45,7 @@ export function listVerdicts(view, section, choose, open) {
       "aria-label": `Show ${view.runs[index].kind} of ${clip(one.name)}`, onclick: () => choose(index),
     }));
     const said = [one.reason, ...(one.notes || [])].filter(Boolean);
-    const reasons = said.map((text) => make("p", { text: clip(text, 2000) }));
+    const reasons = said.map((text) => make("p", {}, ...quote(clip(text, 2000))));
     const row = line([sign(VERDICTS[one.verdict]), ` ${clip(one.name)}`],
       make("span", { class: "words", text: clip(one.words, 400) }),
       [make("code", { text: clip(one.text, 2000) }), ...reasons],
@@ -74,11 +74,13 @@ export function showSources(view, section) {
   const along = make("input", { type: "checkbox", id: "along", checked: true });
   const text = make("div", { class: "text", tabindex: 0, role: "region", "aria-label": "Source text" });
   const none = make("p", { class: "quiet ran-none", text: "" });
-  const choices = [make("label", { text: "file " }, files), make("label", {}, along, " follow the run")];
+  const choices = [make("label", { text: "file " }, files)];
+  if (view.runs.length) choices.push(make("label", {}, along, " follow the run"));
   fill(section, make("div", { class: "buttons" }, ...choices), text, none);
   let shown = -1;
   let marked = [];
   let ran = [];
+  const placeOf = ([machine, transition]) => view.machines[machine].transitions[transition].place;
 
   function load(index) {
     if (shown === index) return;
@@ -131,8 +133,10 @@ export function showSources(view, section) {
     if (place[2] > 0) section.scrollIntoView({ block: "nearest" });
   }
 
-  function show(run, row) {
-    const places = placesAt(run, row).filter(Boolean);
+  /** Mark what ran at a row or, where only that is known and the run is not followed, which transitions fired. */
+  function show(run, row, followed) {
+    const known = run.ran ? placesAt(run, row) : followed ? [] : firedAt(run, row).map(placeOf);
+    const places = known.filter(Boolean);
     section.dataset.ran = places.map(([file, line]) => `${file}:${line}`).join(" ");
     none.textContent = run.ran && !places.length ? "no line ran in this row" : "";
     if (!along.checked || (places === ran && marked.length)) return;
@@ -141,7 +145,8 @@ export function showSources(view, section) {
     mark(places, "ran");
   }
 
-  if (view.files.length) load(0);
+  const sizes = view.files.map((file) => file.text.length);
+  if (sizes.length) load(view.source === "live" ? sizes.indexOf(Math.max(...sizes)) : 0);
   return { show, open };
 }
 
@@ -207,7 +212,8 @@ export function listEvents(section, go) {
     const past = run.forgotten || 0;
     list.append(...marks.slice(-most).map((mark) => make("li", { class: mark.kind, "data-row": mark.row + past },
       make("button", { type: "button", class: "link", onclick: () => go(mark.row + past - (run.forgotten || 0)) },
-        sign(SYMBOLS[mark.kind]), ` ${wordRow(run, mark.row)}: ${KINDS[mark.kind]}: ${clip(mark.text, 400)}`))));
+        sign(SYMBOLS[mark.kind]),
+        ...quote(` ${wordRow(run, mark.row)}: ${KINDS[mark.kind]}: ${clip(mark.text, 400)}`)))));
     listed += marks.length;
     if (marks.length) newest = marks[marks.length - 1].row + past;
     while (list.childElementCount > most) list.firstChild.remove();
@@ -247,19 +253,27 @@ export function listStatistics(view, section) {
   fill(section, ...groups.map(facts));
 }
 
-/** Counts of goals by kind and status, and the goals. */
+/** Counts of goals by kind and status, and the goals: those that are covered are folded. */
 export function listCoverage(view, section, open) {
   section.hidden = !view.coverage;
   if (!view.coverage) return;
   const { counts, goals } = view.coverage;
   const statuses = [...new Set(Object.values(counts).flatMap((of) => Object.keys(of)))];
+  const covered = goals.filter(({ status }) => status === "covered");
   const count = ([kind, of]) => line(clip(kind), ...statuses.map((status) => spell(of[status] || 0)));
   const goal = ({ kind, status, name, span }) => line(clip(name), [sign(STATUSES[status] || "•"), ` ${status}`], kind,
     placeButton(view, span, open));
   fill(section, table("Coverage by kind", ["Kind", ...statuses], Object.entries(counts).map(count)),
-    make("details", {}, make("summary", { text: `${spell(goals.length)} goals` }),
-      table("Goals", ["Goal", "Status", "Kind", "Where"], goals.slice(0, MOST).map(goal)),
-      unlisted(goals.length - MOST, "more goals")));
+    ...listGoals("not covered", goals.filter(({ status }) => status !== "covered"), goal),
+    make("details", {}, make("summary", { text: `${spell(covered.length)} covered` }),
+      ...listGoals("covered", covered, goal)));
+}
+
+function listGoals(title, goals, goal) {
+  if (!goals.length) return [make("p", { text: `Goals that are ${title}: none` })];
+  return [make("h3", { text: `Goals that are ${title}: ${spell(goals.length)}` }),
+    table(`Goals that are ${title}`, ["Goal", "Status", "Kind", "Where"], goals.slice(0, MOST).map(goal)),
+    unlisted(goals.length - MOST, "more goals")].filter(Boolean);
 }
 
 /**
@@ -298,7 +312,7 @@ export function showLive(section) {
     const { connection, lateness, verdicts } = known;
     if (connection === undefined) return;
     const late = totals.behind > 500;
-    say(lag, connection !== "live" ? connection
+    sayQuoted(lag, connection !== "live" ? connection
       : late ? `⚠ the view lags by ${wordTime(totals.behind)}` : "● follows the run");
     lag.className = `lag ${connection !== "live" ? "lost" : late ? "late" : "well"}`;
     const counts = [totals.shown, totals.missed, totals.skipped].map(spell);

@@ -1,6 +1,6 @@
 // Goes through a run: a slider over steps, cycles or time, play, and jumps to what one looks for.
 
-import { make, say } from "./drawing.js";
+import { make, quote, say } from "./drawing.js";
 import { SYMBOLS, lastAt, nextChange, nextMark, rowAfter, rowCount, rowOfCycle, rowOfTime, spell, tell, wordRow } from "./model.js";
 
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 50, 200, 1000];
@@ -148,6 +148,11 @@ export class Walk {
   }
 }
 
+/** Where a row is under a slider whose last row is `last`, in percent. */
+export function tickAt(row, last) {
+  return last > 0 ? Math.round((10000 * Math.min(row, last)) / last) / 100 : 0;
+}
+
 /** Draw the player of a walk. `changed` is called when a row was chosen. Returns functions to show and to load. */
 export function createPlayer(place, view, walk, changed) {
   const act = (work) => () => {
@@ -189,16 +194,32 @@ export function createPlayer(place, view, walk, changed) {
     mark();
   }
 
+  let ticks = [];
+
   function mark() {
     const { run, last } = walk;
+    const past = run.forgotten || 0;
     const grave = run.marks.filter((one) => JUMPS.violation.includes(one.kind));
     const others = run.marks.length > 400 ? [] : run.marks.filter((one) => !grave.includes(one));
     const near = (one, other) => Math.abs(one.row - other.row) * 100 < last;
     const shown = [...grave, ...others].filter((one, i, all) => !all.slice(0, i).some((other) => near(one, other)));
-    strip.replaceChildren(...shown.slice(0, 400).map((one) => make("span", {
-      class: `tick ${one.kind}`, text: SYMBOLS[one.kind], style: `left: ${last ? (100 * one.row) / last : 0}%`,
-    })));
-    strip.hidden = walk.unit !== "step";
+    ticks = shown.slice(0, 400).map(({ kind, row }) => ({
+      row: row + past, element: make("span", { class: `tick ${kind}`, text: SYMBOLS[kind] }),
+    }));
+    strip.replaceChildren(...ticks.map(({ element }) => element));
+    place.dataset.size = "";
+  }
+
+  /** Put the ticks where their rows are now: rows come and are forgotten. */
+  function putTicks() {
+    const past = walk.run.forgotten || 0;
+    const size = `${past} ${walk.last}`;
+    if (place.dataset.size === size) return;
+    place.dataset.size = size;
+    for (const { row, element } of ticks) {
+      element.style.left = `${tickAt(row - past, walk.last)}%`;
+      element.hidden = row < past;
+    }
   }
 
   function show() {
@@ -215,6 +236,7 @@ export function createPlayer(place, view, walk, changed) {
     units.value = walk.unit;
     speeds.value = walk.speed;
     strip.hidden = walk.unit !== "step";
+    putTicks();
   }
 
   return { load, show, mark };
@@ -228,7 +250,7 @@ export function createTeller(place, view, walk, moment = 350) {
     waiting = null;
     if (told === walk.row && place.textContent) return;
     told = walk.row;
-    place.textContent = tell(view, walk.run, walk.row);
+    place.replaceChildren(...quote(tell(view, walk.run, walk.row)));
   };
   return () => {
     const urgent = walk.playing && walk.run.marks.some((mark) => mark.row === walk.row && mark.kind === "violation");

@@ -1,6 +1,6 @@
 // Draws a run as a timing diagram: lanes of boxes, levels and curves in groups that fold; zooms, pans, tells values.
 
-import { draw, dress, fill, make, say } from "./drawing.js";
+import { draw, dress, fill, make, say, sayQuoted } from "./drawing.js";
 import { KINDS, SYMBOLS, clip, listOrder, marksAt, rowCount, spell, valueAt, wordRow, wordValue } from "./model.js";
 import { LETTER, placeMarks, shapes, tenths } from "./shapes.js";
 
@@ -237,7 +237,7 @@ export function createTiming(section, view, walk, { go, watch, style }) {
     const said = marksAt(walk.run, row).map((mark) => `${SYMBOLS[mark.kind]} ${clip(mark.text)}`);
     const signal = lane && view.signals[lane[0]];
     if (lane) said.unshift(`${clip(signal.name, 60)} = ${clip(wordValue(valueAt(walk.run, lane[0], row), signal))}`);
-    readout.textContent = `${wordRow(walk.run, row)}${said.length ? `: ${said.join("; ")}` : ""}`;
+    sayQuoted(readout, `${wordRow(walk.run, row)}${said.length ? `: ${said.join("; ")}` : ""}`);
     grid.classList.add("pointed");
     show();
     if (event.buttons & 1) go(row);
