@@ -358,7 +358,8 @@ def test_there_is_no_such_run(counter):
         assert said.code == "E551"
         assert said.message == "there is no whiteboard and no file `conter`"
         assert said.hint == "did you mean `counter`? `llfsm whiteboard list` says what runs"
-    assert refused("../x").message == "there is no whiteboard and no file `../x`"
+    assert refused("../none").message == "there is no whiteboard and no file `../none`"
+    assert refused("..").message == "`..` is a folder: name a saved trace or a recording in it"
 
 
 def refused(name: str, path: str | None = None) -> lv.Diagnostic:
