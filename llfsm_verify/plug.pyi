@@ -60,7 +60,8 @@ from llfsm_verify.checking.engine_option import (
     EngineOptions,
 )
 from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of, mask
-from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.goals.kinds import goals_of
+from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.replay.confirm import Letter, Schedule
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
@@ -111,6 +112,7 @@ from llfsm_verify.logic.expressions import first_match, sequence
 from llfsm_verify.logic.formula import FALSE as FALSE_FORMULA
 from llfsm_verify.logic.formula import (
     PAST_STEPS,
+    TIMED,
     Formula,
     apply,
     atom,
@@ -119,11 +121,14 @@ from llfsm_verify.logic.formula import (
     disjunction,
     mapped,
     negation,
+    operators,
     postorder,
 )
 from llfsm_verify.logic.formula import TRUE as TRUE_FORMULA
 from llfsm_verify.logic.formula import Op as FormulaOp
+from llfsm_verify.logic.lasso import evaluate as evaluate_formula
 from llfsm_verify.logic.lines import has_header
+from llfsm_verify.logic.parsing.bounds import decimal as exact_decimal
 from llfsm_verify.logic.parsing.delays import refuse_delays
 from llfsm_verify.logic.parsing.formulas import MAX_DEPTH, Parsed
 from llfsm_verify.logic.parsing.tokens import MAX_TOKENS
@@ -132,6 +137,7 @@ from llfsm_verify.logic.properties import PropertySet, asked_text, parse_propert
 from llfsm_verify.logic.reading import GivenLines
 from llfsm_verify.logic.reading import read_source as read_properties
 from llfsm_verify.logic.rewriting.normal_form import nnf
+from llfsm_verify.logic.stamps import Stamped, Unstamped
 from llfsm_verify.logic.syntaxes import Syntax
 from llfsm_verify.logic.syntaxes.writing import Spelling
 from llfsm_verify.monitoring.lookup import entry_bytes
@@ -226,9 +232,20 @@ from llfsm_verify.runtime.debugging.commands import parse as parse_command
 from llfsm_verify.runtime.debugging.paths import DebugError, Recorded
 from llfsm_verify.runtime.debugging.session import FRONT_ENDS
 from llfsm_verify.runtime.debugging.session import Session as DebugSession
-from llfsm_verify.runtime.deciding.logs.check import LogReading
-from llfsm_verify.runtime.deciding.logs.formats import LOGS, NoColumn, Row, Unreadable, Wanted, cell_text, cells_of
-from llfsm_verify.runtime.deciding.logs.oracles import ORACLES, Oracle
+from llfsm_verify.runtime.deciding.letters import SlotLetters
+from llfsm_verify.runtime.deciding.logs import (
+    LOGS,
+    ORACLES,
+    LogReading,
+    NoColumn,
+    Oracle,
+    Row,
+    Unreadable,
+    Wanted,
+    cell_text,
+    cells_of,
+)
+from llfsm_verify.runtime.deciding.recordings import Decided, Watch, watches_of
 from llfsm_verify.runtime.live.frame import COUNTED as FRAME_COUNTS
 from llfsm_verify.runtime.live.frame import ENDINGS as FRAME_ENDINGS
 from llfsm_verify.runtime.live.frame import HEADER as FRAME_HEADER
@@ -265,7 +282,7 @@ from llfsm_verify.targets.monitors import OnBoard, Watched
 from llfsm_verify.targets.target import TARGETS, WORLDS, Difference, Made, Target, Verified
 from llfsm_verify.targets.target import Wanted as TargetWanted
 from llfsm_verify.transforms.probing import probed
-from llfsm_verify.values import Shown, Value, element_names, text, value_text
+from llfsm_verify.values import Shown, Value, ValueProblem, choice_value, element_names, text, value_text
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES, EngineEntry, Turn
 from llfsm_verify.verification.replay import Replayed, replay_file, schedule_of
 from llfsm_verify.verification.verify import verify
@@ -273,7 +290,8 @@ from llfsm_verify.yaml.compose import compose
 from llfsm_verify.yaml.fields import Report, is_name
 from llfsm_verify.yaml.nodes import Mapping as MappingNode
 from llfsm_verify.yaml.nodes import Node, Scalar, Sequence, implied, mark, written
-from llfsm_verify.yaml.tables import NUMBER, TRUTHS, ByName, Either, Field, Several, Single, Table, Words
+from llfsm_verify.yaml.tables import FORMAT as FORMAT_KEY
+from llfsm_verify.yaml.tables import NUMBER, TRUTHS, ByName, Either, Field, Several, Single, Table, Words, schema_of
 
 __all__ = [
     "ACTIONS",
@@ -296,6 +314,7 @@ __all__ = [
     "FAULT",
     "FILE",
     "FLAG",
+    "FORMAT_KEY",
     "FRAME_COUNTS",
     "FRAME_ENDINGS",
     "FRAME_HEADER",
@@ -333,6 +352,7 @@ __all__ = [
     "STRUCTURES",
     "SWITCH",
     "TARGETS",
+    "TIMED",
     "TIMELINES",
     "TRUE",
     "TRUE_FORMULA",
@@ -372,6 +392,7 @@ __all__ = [
     "DebugAnswer",
     "DebugError",
     "DebugSession",
+    "Decided",
     "Difference",
     "Draft",
     "DrawnEdge",
@@ -456,6 +477,7 @@ __all__ = [
     "Port",
     "PortKind",
     "PrefixMonitor",
+    "Problem",
     "Process",
     "ProcessDraft",
     "ProcessSettings",
@@ -484,10 +506,12 @@ __all__ = [
     "Signal",
     "Single",
     "Slot",
+    "SlotLetters",
     "Source",
     "Span",
     "Specification",
     "Spelling",
+    "Stamped",
     "Started",
     "StateDraft",
     "Step",
@@ -513,9 +537,11 @@ __all__ = [
     "Unreadable",
     "UnreadablePart",
     "Unregistered",
+    "Unstamped",
     "UsageError",
     "UsedPlant",
     "Value",
+    "ValueProblem",
     "Values",
     "Var",
     "VariableDraft",
@@ -524,6 +550,7 @@ __all__ = [
     "Verified",
     "Violated",
     "Wanted",
+    "Watch",
     "Watched",
     "WhiteboardDraft",
     "Words",
@@ -544,6 +571,7 @@ __all__ = [
     "branches",
     "cell_text",
     "cells_of",
+    "choice_value",
     "claim_of",
     "code_of",
     "common_bits",
@@ -565,6 +593,8 @@ __all__ = [
     "elements",
     "entry_bytes",
     "evaluate",
+    "evaluate_formula",
+    "exact_decimal",
     "explained",
     "expressions",
     "fault_of",
@@ -578,6 +608,7 @@ __all__ = [
     "fold",
     "free_inputs",
     "get",
+    "goals_of",
     "has_header",
     "header_of",
     "implied",
@@ -612,6 +643,7 @@ __all__ = [
     "observed_outputs",
     "op",
     "opened",
+    "operators",
     "other_arrangement",
     "parse_command",
     "parse_properties",
@@ -644,6 +676,7 @@ __all__ = [
     "safe_values",
     "scalars",
     "schedule_of",
+    "schema_of",
     "sentences",
     "sequence",
     "shown_atom",
@@ -673,6 +706,7 @@ __all__ = [
     "vector_ended",
     "verdict_text",
     "verify",
+    "watches_of",
     "ways",
     "whiteboard_names",
     "whole_number",

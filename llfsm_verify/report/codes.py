@@ -33,7 +33,6 @@ from llfsm_verify.monitoring.codes import CODES as MONITORS
 from llfsm_verify.registry import Registry, Unusable
 from llfsm_verify.report.drawing import CODES as DRAWINGS
 from llfsm_verify.report.timeline import CODES as TIMELINES
-from llfsm_verify.runtime.deciding.logs import CODES as LOGS
 from llfsm_verify.runtime.live import CODES as RUNS
 from llfsm_verify.runtime.ports import CODES as PORTS
 from llfsm_verify.runtime.recording import CODES as RECORDINGS
@@ -132,7 +131,7 @@ SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("Monitors", MONITORS),
     ("Guards", GUARDS),
     ("Tests with random runs", TESTING),
-    ("Runs and recordings", {**RECORDINGS, **RUNS, **TIMELINES, **PORTS, **LOGS, **AUDIT, **TARGETS}),
+    ("Runs and recordings", {**RECORDINGS, **RUNS, **TIMELINES, **PORTS, **AUDIT, **TARGETS}),
     ("Coverage and test vectors", COVERAGE),
     ("Faults of a run", FAULTS),
     ("Findings of `llfsm lint`", LINT),
