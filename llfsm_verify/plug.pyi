@@ -21,11 +21,12 @@ from llfsm_verify.arrangement.draft import (
 )
 from llfsm_verify.arrangement.draft import Unreadable as UnreadablePart
 from llfsm_verify.arrangement.files import read_named, read_source
-from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS, read_arrangement
+from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS, ending_of, read_arrangement
 from llfsm_verify.arrangement.formats import Given as GivenArrangement
 from llfsm_verify.arrangement.formats.data import draft_data
 from llfsm_verify.arrangement.formats.reading import MACHINES, Reading, opened
 from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, NewState, Uneditable, Writer
+from llfsm_verify.arrangement.granting import policy_digest
 from llfsm_verify.arrangement.kinds import kind_of
 from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement, Machine
@@ -65,17 +66,34 @@ from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.replay.confirm import Letter, Schedule
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.verdict import Exploration, FaultFinding, FaultResult, Options, PropertyResult, Result
-from llfsm_verify.cli.arguments import other_arrangement
+from llfsm_verify.checking.verdict import (
+    Exploration,
+    FaultFinding,
+    FaultResult,
+    Options,
+    PropertyResult,
+    Result,
+    Verdict,
+)
+from llfsm_verify.cli.arguments import arrangement as arrangement_argument
+from llfsm_verify.cli.arguments import engine as engine_argument
+from llfsm_verify.cli.arguments import memory_and_timeout as limit_arguments
+from llfsm_verify.cli.arguments import other_arrangement, property_files, property_lines
+from llfsm_verify.cli.arguments import output as output_argument
+from llfsm_verify.cli.certificates import write_certificate
 from llfsm_verify.cli.commands import COMMANDS
 from llfsm_verify.cli.commands.check.run import find_owners, is_arrangement, properties_beside
 from llfsm_verify.cli.commands.trace.arguments import steps as step_range
-from llfsm_verify.cli.io.files import ready_beside, write_whole
+from llfsm_verify.cli.drawing_format import drawing_format
+from llfsm_verify.cli.io.files import ready, ready_beside, write_whole
 from llfsm_verify.cli.io.output import Output, tell
+from llfsm_verify.cli.io.verdicts import EarlyVerdicts
+from llfsm_verify.cli.opening import limits_of, open_draft, told
+from llfsm_verify.cli.opening import read_properties as asked_properties
 from llfsm_verify.cli.parser import CommandEntry, UsageError
 from llfsm_verify.cli.parser import Parser as CommandParser
 from llfsm_verify.diagnostics import Fragment, Source, Span, counted
-from llfsm_verify.files import UNSAVED
+from llfsm_verify.files import UNSAVED, publish, unfinished
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
 from llfsm_verify.kripke.export.rows import (
@@ -197,11 +215,13 @@ from llfsm_verify.registry import Entry, Package, Registry, Unregistered
 from llfsm_verify.report.codes import all_codes
 from llfsm_verify.report.debugging import lines_of
 from llfsm_verify.report.drawing import NO_LIBRARY as NO_GRAPHVIZ
+from llfsm_verify.report.drawing import UNWRITABLE as NOT_DRAWN
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.drawing.graph import LEGEND, Graph, explained, summarise, with_legend
 from llfsm_verify.report.drawing.graph import Edge as DrawnEdge
 from llfsm_verify.report.drawing.graph import Node as DrawnNode
+from llfsm_verify.report.drawing.traced import replayed_graph
 from llfsm_verify.report.entry import ReportEntry
 from llfsm_verify.report.formats import REPORTS, Style, Written
 from llfsm_verify.report.lint import explain as lint_diagnostic
@@ -334,6 +354,7 @@ __all__ = [
     "MAX_TICKS",
     "MAX_TOKENS",
     "MODELS",
+    "NOT_DRAWN",
     "NO_GRAPHVIZ",
     "NUMBER",
     "OPERATOR",
@@ -397,6 +418,7 @@ __all__ = [
     "Draft",
     "DrawnEdge",
     "DrawnNode",
+    "EarlyVerdicts",
     "Editor",
     "Edits",
     "Either",
@@ -547,6 +569,7 @@ __all__ = [
     "VariableDraft",
     "VectorSteps",
     "Vectors",
+    "Verdict",
     "Verified",
     "Violated",
     "Wanted",
@@ -560,8 +583,10 @@ __all__ = [
     "all_codes",
     "all_of",
     "apply",
+    "arrangement_argument",
     "arrangement_graph",
     "arrangement_of",
+    "asked_properties",
     "asked_text",
     "atom",
     "atom_place",
@@ -588,9 +613,12 @@ __all__ = [
     "distinct_nodes",
     "doubts",
     "draft_data",
+    "drawing_format",
     "edges",
     "element_names",
     "elements",
+    "ending_of",
+    "engine_argument",
     "entry_bytes",
     "evaluate",
     "evaluate_formula",
@@ -626,6 +654,8 @@ __all__ = [
     "largest_entry",
     "leaves",
     "letters",
+    "limit_arguments",
+    "limits_of",
     "lines_of",
     "lint_diagnostic",
     "load_arrangement",
@@ -642,32 +672,40 @@ __all__ = [
     "nodes",
     "observed_outputs",
     "op",
+    "open_draft",
     "opened",
     "operators",
     "other_arrangement",
+    "output_argument",
     "parse_command",
     "parse_properties",
     "parts",
     "patience_of",
     "plain_text",
+    "policy_digest",
     "portions",
     "postorder",
     "probed",
     "program_hash",
     "program_slots",
     "properties_beside",
+    "property_files",
+    "property_lines",
+    "publish",
     "reached",
     "read_arrangement",
     "read_named",
     "read_ports",
     "read_properties",
     "read_source",
+    "ready",
     "ready_beside",
     "rebuilt",
     "record_of",
     "refuse_delays",
     "repeat",
     "replay_file",
+    "replayed_graph",
     "resolve",
     "result_text",
     "resumed_text",
@@ -693,12 +731,14 @@ __all__ = [
     "tell",
     "text",
     "tick",
+    "told",
     "trace_documents",
     "trace_rows",
     "trace_text",
     "translate",
     "typed",
     "under_assumptions",
+    "unfinished",
     "update_trace_file",
     "uses",
     "vacuity_texts",
@@ -713,6 +753,7 @@ __all__ = [
     "with_branches",
     "with_legend",
     "without",
+    "write_certificate",
     "write_whole",
     "written",
 ]

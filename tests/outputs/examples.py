@@ -177,11 +177,6 @@ PROVOKED: dict[str, Provoked] = {
     "E452": Provoked((f"{INVARIANTS} --save-invariants no/such/folder/lamp.json",), LAMP),
     "E453": Provoked(("llfsm verify a.yaml --check-invariants lamp.json",), {**LAMP, "lamp.json": "proved\n"}),
     "E454": Provoked((f"{INVARIANTS} --save-invariants a.yaml",), LAMP),
-    "E460": Provoked(
-        ("llfsm init crossing", "llfsm init crossing"),
-    ),
-    "E461": Provoked(("llfsm init crossing --name 'my crossing'",)),
-    "E462": Provoked(("llfsm init a.yaml/crossing",), LAMP),
     "E463": Provoked(
         (
             SAVE,
