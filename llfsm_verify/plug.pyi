@@ -87,6 +87,7 @@ from llfsm_verify.cli.commands.trace.arguments import steps as step_range
 from llfsm_verify.cli.drawing_format import drawing_format
 from llfsm_verify.cli.io.files import ready, ready_beside, write_whole
 from llfsm_verify.cli.io.output import Output, tell
+from llfsm_verify.cli.io.standard_error import Unhurried
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.opening import limits_of, open_draft, told
 from llfsm_verify.cli.opening import read_properties as asked_properties
@@ -227,6 +228,7 @@ from llfsm_verify.report.formats import REPORTS, Style, Written
 from llfsm_verify.report.lint import explain as lint_diagnostic
 from llfsm_verify.report.plain import PIPE_WIDTH, plain_text
 from llfsm_verify.report.running import ENDINGS as ENDING_WORDS
+from llfsm_verify.report.running import duration as duration_text
 from llfsm_verify.report.saving import named_runs, trace_documents, update_trace_file
 from llfsm_verify.report.schema import SCHEMAS
 from llfsm_verify.report.text import result_text, trace_text
@@ -266,11 +268,19 @@ from llfsm_verify.runtime.deciding.logs import (
     cells_of,
 )
 from llfsm_verify.runtime.deciding.recordings import Decided, Watch, watches_of
+from llfsm_verify.runtime.launch import PANELS, Launch, Panel
 from llfsm_verify.runtime.live.frame import COUNTED as FRAME_COUNTS
+from llfsm_verify.runtime.live.frame import CYCLE as FRAME_CYCLE
+from llfsm_verify.runtime.live.frame import ENDING as FRAME_ENDING
 from llfsm_verify.runtime.live.frame import ENDINGS as FRAME_ENDINGS
 from llfsm_verify.runtime.live.frame import HEADER as FRAME_HEADER
+from llfsm_verify.runtime.live.frame import NUMBER as FRAME_NUMBER
+from llfsm_verify.runtime.live.frame import STEPS as FRAME_STEPS
 from llfsm_verify.runtime.live.frame import FrameLayout
 from llfsm_verify.runtime.live.plan import runnable, safe_values, starting_values
+from llfsm_verify.runtime.live.run import Lateness, lateness
+from llfsm_verify.runtime.live.slots import STATE as STATE_SLOT
+from llfsm_verify.runtime.live.slots import VERDICT as VERDICT_SLOT
 from llfsm_verify.runtime.live.slots import Slot as BoardSlot
 from llfsm_verify.runtime.live.slots import inputs_of, program_slots, slots_of
 from llfsm_verify.runtime.live.text import largest_entry
@@ -293,6 +303,7 @@ from llfsm_verify.runtime.recording.timeline import Signal, Timeline, take
 from llfsm_verify.runtime.stepping.drawing import free_inputs
 from llfsm_verify.runtime.whiteboard.places import NoPlace
 from llfsm_verify.runtime.whiteboard.places import names as whiteboard_names
+from llfsm_verify.runtime.whiteboard.shared import Shared as SharedFrames
 from llfsm_verify.semantics.bits import common_bits
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.operators import OPERATOR
@@ -336,8 +347,12 @@ __all__ = [
     "FLAG",
     "FORMAT_KEY",
     "FRAME_COUNTS",
+    "FRAME_CYCLE",
+    "FRAME_ENDING",
     "FRAME_ENDINGS",
     "FRAME_HEADER",
+    "FRAME_NUMBER",
+    "FRAME_STEPS",
     "FRONT_ENDS",
     "HOA_ACCEPTANCE",
     "HOA_NUMBER",
@@ -359,6 +374,7 @@ __all__ = [
     "NUMBER",
     "OPERATOR",
     "ORACLES",
+    "PANELS",
     "PAST_STEPS",
     "PIPE_WIDTH",
     "PLANTS",
@@ -370,6 +386,7 @@ __all__ = [
     "REPORTS",
     "SCHEMAS",
     "SECONDS",
+    "STATE_SLOT",
     "STRUCTURES",
     "SWITCH",
     "TARGETS",
@@ -380,6 +397,7 @@ __all__ = [
     "TRUTHS",
     "UNREADABLE",
     "UNSAVED",
+    "VERDICT_SLOT",
     "WHEN",
     "WORLDS",
     "WRITERS",
@@ -458,6 +476,8 @@ __all__ = [
     "Ite",
     "Json",
     "Key",
+    "Lateness",
+    "Launch",
     "Layout",
     "Lazy",
     "Let",
@@ -492,6 +512,7 @@ __all__ = [
     "Outcome",
     "Output",
     "Package",
+    "Panel",
     "ParameterDraft",
     "Parsed",
     "Plant",
@@ -524,6 +545,7 @@ __all__ = [
     "Session",
     "Set",
     "Several",
+    "SharedFrames",
     "Shown",
     "Signal",
     "Single",
@@ -553,6 +575,7 @@ __all__ = [
     "Turn",
     "Type",
     "Uneditable",
+    "Unhurried",
     "Unit",
     "Unknown",
     "Unopened",
@@ -614,6 +637,7 @@ __all__ = [
     "doubts",
     "draft_data",
     "drawing_format",
+    "duration_text",
     "edges",
     "element_names",
     "elements",
@@ -652,6 +676,7 @@ __all__ = [
     "ite",
     "kind_of",
     "largest_entry",
+    "lateness",
     "leaves",
     "letters",
     "limit_arguments",
