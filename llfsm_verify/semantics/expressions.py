@@ -19,6 +19,7 @@ from llfsm_verify.language.typed import (
     Conditional,
     Expression,
     Field,
+    LetIn,
     Literal,
     Lookup,
     Query,
@@ -222,6 +223,8 @@ class Code:
             return self._binary(e)
         if isinstance(e, Conditional):
             return self._conditional(e)
+        if isinstance(e, LetIn):
+            return self._let_in(e)
         if isinstance(e, Lookup):
             return self._lookup(e)
         if isinstance(e, After):
@@ -318,6 +321,23 @@ class Code:
         result = self.temporary(choose(condition, then, otherwise).type)
         self.out.append(If(condition, (*first.out, Let(result, then)), (*second.out, Let(result, otherwise))))
         return result
+
+    def _let_in(self, e: LetIn) -> Expr:
+        """A probe sees one condition: what stands inside is not the text's own."""
+        parts, probes = self.context.parts, self.context.probes
+        was = parts is not None and parts.open, probes is not None and probes.muted
+        if parts is not None:
+            parts.open = False
+        if probes is not None:
+            probes.muted = True
+        for local, defined in e.definitions:
+            self.locals[local.key] = self.let(self.expr(defined))
+        value = self.expr(e.value)
+        if parts is not None:
+            parts.open = was[0]
+        if probes is not None:
+            probes.muted = was[1]
+        return value
 
     def _lookup(self, e: Lookup) -> Expr:
         size = len(e.values)
