@@ -65,8 +65,8 @@ def kind_of(source: Source) -> Kind | None:
 
 def may_be_shown(source: Source, expected: Kind = "machine") -> bool:
     """Whether what is wrong with a file that another file names may be told: only of an arrangement, a machine or a
-    trace, and of a policy or a theory where one is expected, if with mistakes. Who writes `file: PATH` must not learn what stands
-    in any file that we can read.
+    trace, and of a policy or a theory where one is expected, if with mistakes. Who writes `file: PATH` must not learn
+    what stands in any file that we can read.
     """
     text = source.text
     own = {"policy": _POLICY, "theory": _THEORY}.get(expected)

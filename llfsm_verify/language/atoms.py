@@ -221,9 +221,9 @@ class AtomChecker(ExpressionChecker):
                 hint = did_you_mean(rest[0].name.text, inner) or f"state `{name.text}` has no variables"
                 message = f"state `{name.text}` of `{machine}` has no variable `{rest[0].name.text}`"
                 raise self.fail("E110", message, rest[0].name, hint)
-        own = variable is not None or entry is not None
-        if name.text in (*OBSERVATIONS, "fired") and not (own and (name.quoted or self.quoted)):
-            if own:
+        declared = variable is not None or entry is not None
+        if name.text in (*OBSERVATIONS, "fired") and not (declared and (name.quoted or self.quoted)):
+            if declared:
                 word = f"{machine}.{name.text}"
                 message = f"`{word}` is a variable here and a word of the property language"
                 raise self.fail("E147", message, node, f'write `"{word}"` for the variable')
@@ -247,8 +247,9 @@ class AtomChecker(ExpressionChecker):
                 around = machine in self.properties.surroundings
                 words = ("entered",) if around else tuple(dict.fromkeys((*OBSERVATIONS, *MACHINE_FUNCTIONS)))
                 near = self._state_compared(node, view) or member_meant(machine, name.text, (), PROPERTY_FUNCTIONS)
-                near = near or did_you_mean(name.text, [*view.variables, *view.knowledge, *view.state_variables, *words])
-                known = list(dict.fromkeys([*list(view.variables)[:8], *view.knowledge, *words]))
+                own = [*view.variables, *view.knowledge]
+                near = near or did_you_mean(name.text, [*own, *view.state_variables, *words])
+                known = list(dict.fromkeys([*own[:8], *words]))
                 hint = near or f"known here: {', '.join(f'`{n}`' for n in known)}"
             message = f"machine `{machine}` has no variable `{name.text}`"
             raise self.fail("E110", message, name, hint or None)

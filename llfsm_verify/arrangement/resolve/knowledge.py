@@ -51,14 +51,13 @@ class KnowledgeText:
         yield from (name for name in self.theory.inputs if name not in self.inputs)
 
 
-def parse_knowledge(
-    report: Report, drafts: Iterable[KnowledgeDraft]
-) -> tuple[tuple[KnowledgeText, ...], frozenset[str]]:
+def parse_knowledge(report: Report, drafts: Iterable[KnowledgeDraft]) -> tuple[tuple[KnowledgeText, ...], set[str]]:
     """The entries, and the names of those that are wrong."""
     drafts = tuple(drafts)
     report.distinct(draft.name for draft in drafts)
     theories: dict[int, Theory | None] = {}
-    found, broken = [], set()
+    found: list[KnowledgeText] = []
+    broken: set[str] = set()
     for draft in drafts:
         name = report.name(draft.name, "the name of what a theory says")
         theory = None
@@ -75,7 +74,7 @@ def parse_knowledge(
             broken.add(draft.name.text)
         else:
             found.append(text)
-    return tuple(found), frozenset(broken)
+    return tuple(found), broken
 
 
 def _text(report: Report, draft: KnowledgeDraft, name: str, theory: Theory) -> KnowledgeText | None:
@@ -176,9 +175,7 @@ class _EntryChecker:
                 return replace(e, left=self._own(e.left), right=self._own(e.right))
         return e
 
-    def _input(
-        self, name: str, broken: Collection[str]
-    ) -> tuple[typed.Expression | None, Sequence[typed.LetIn]]:
+    def _input(self, name: str, broken: Collection[str]) -> tuple[typed.Expression | None, Sequence[typed.LetIn]]:
         """What an input is told, and the entries that it asks for."""
         text, scope = self.text, self.scope
         parsed = text.inputs.get(name)

@@ -124,11 +124,11 @@ class MachineResolver:
             return None
         states = self._states(draft.states, names)
         owners = {s.name for s in states if s.variables}
-        for named in (*variables, *knowledge):
-            if named.name in owners:
-                what = "a variable of the machine" if isinstance(named, VariableText) else "what a theory says"
-                message = f"state `{named.name}` has variables, so {what} cannot have its name"
-                self.report.error("E118", message, named.span, "choose another name")
+        own = [(v.name, v.span, "a variable of the machine") for v in variables]
+        for name, span, what in (*own, *((k.name, k.span, "what a theory says") for k in knowledge)):
+            if name in owners:
+                message = f"state `{name}` has variables, so {what} cannot have its name"
+                self.report.error("E118", message, span, "choose another name")
         order = list(names)
         initial = self._state_number(draft.initial, order, "E072", "initial")
         declared = self._state_number(draft.suspend, order, "E073", "suspend")
