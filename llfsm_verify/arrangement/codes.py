@@ -62,7 +62,7 @@ CODES: dict[str, str] = {
     "E534": "A plant of a request is given a slot that does not fit, or a type without one of its states.",
     "E535": "The `timeout` of a plant is not a time, or the cycles of the arrangement have no length.",
     "E166": "A theory has no input or output of that name.",
-    "E167": "An input of a theory is told nothing, and is no Boolean variable.",
+    "E167": "An input of a theory is told nothing, and no Boolean variable has its name.",
     "E168": "What a theory is told asks for the time, or chooses.",
     "E157": "A machine does what its clearance does not allow, or nobody may do what `operators` declares.",
     "E159": "A machine that a state cannot run, or that two states run.",

@@ -115,7 +115,12 @@ def _knowledge(reading: Reading, node: Node | None) -> tuple[KnowledgeDraft, ...
 
 
 def _entry(reading: Reading, key: Scalar, node: Node) -> KnowledgeDraft:
-    fields = reading.fields(node, f"knowledge `{key.text[:60]}`", KNOWLEDGE.keys, KNOWLEDGE.required)
+    what = f"knowledge `{key.text[:60]}`"
+    if isinstance(node, Scalar) and node.text.strip():
+        hint = f"write `{key.text[:60]}: {{file: {node.text[:60]}}}`"
+        reading.error("E030", f"{what} must be a mapping", mark(node), hint)
+        return KnowledgeDraft(key, UNREADABLE)
+    fields = reading.fields(node, what, KNOWLEDGE.keys, KNOWLEDGE.required)
     file = None if fields is None else reading.scalar(fields["file"], "`file`")
     if fields is None or file is None:
         return KnowledgeDraft(key, UNREADABLE)
