@@ -11,6 +11,7 @@ from typing import Literal as OneOf
 
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language import types as lt
+from llfsm_verify.language.trees import nodes
 from llfsm_verify.language.typed import (
     After,
     AtState,
@@ -323,20 +324,22 @@ class Code:
         return result
 
     def _let_in(self, e: LetIn) -> Expr:
-        """A probe sees one condition: what stands inside is not the text's own."""
+        """For probes it is one condition. Of the parts that are told there are only those that read something."""
         parts, probes = self.context.parts, self.context.probes
-        was = parts is not None and parts.open, probes is not None and probes.muted
-        if parts is not None:
-            parts.open = False
+        is_open, muted = parts is not None and parts.open, probes is not None and probes.muted
         if probes is not None:
             probes.muted = True
         for local, defined in e.definitions:
+            if parts is not None:
+                parts.open = is_open and any(isinstance(n, (Read, AtState, Query)) for n in nodes(defined))
             self.locals[local.key] = self.let(self.expr(defined))
+        if parts is not None:
+            parts.open = False
         value = self.expr(e.value)
         if parts is not None:
-            parts.open = was[0]
+            parts.open = is_open
         if probes is not None:
-            probes.muted = was[1]
+            probes.muted = muted
         return value
 
     def _lookup(self, e: Lookup) -> Expr:

@@ -31,7 +31,7 @@ from llfsm_verify.language.parser import parse_guard
 from llfsm_verify.language.scope import CHOOSE, Scope, did_you_mean
 from llfsm_verify.language.types import BoolType
 from llfsm_verify.yaml.fields import Report
-from llfsm_verify.yaml.nodes import implied, mark
+from llfsm_verify.yaml.nodes import mark, written
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,7 +211,8 @@ class _EntryChecker:
                     hint = f"write `inputs: {{{name}: …}}` with a condition"
                     self.report.error("E167", message, text.span, hint)
                 return None, ()
-            parsed = parse_guard(implied(name, text.span).fragment)
+            place = text.theory.inputs[name]
+            parsed = parse_guard(written(place.source, place.start, place.end).fragment)
         checker = _InputChecker(scope, parsed.fragment)
         try:
             return checker.boolean(parsed.root), checker.used
