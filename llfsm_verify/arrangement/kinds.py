@@ -58,6 +58,8 @@ def kind_of(source: Source) -> Kind | None:
         return "arrangement"
     if _MACHINE.search(text) and _STATES.search(text):
         return "machine"
+    if _THEORY.search(text):
+        return "theory"
     start, end = _first_line(text)
     formula = _PROPERTY.match(text, start, min(end, start + _LOOKED_AT)) or source.name.endswith(".ltl")
     return "properties" if formula else None
