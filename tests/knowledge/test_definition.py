@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from random import Random, SystemRandom
 
+import pytest
+
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.knowledge.compiled import compiled
 from llfsm_verify.knowledge.explaining import Fate, explained
@@ -20,6 +22,7 @@ SEEDS = range(NUMBER) if not FRESH else [SystemRandom().getrandbits(48) for _ in
 KINDS = ("team", "ambiguous", "a defeater blocks", "a defeater is beaten", "both", "neither", "several levels")
 
 
+@pytest.mark.slow
 def test_random_theories_by_the_definition() -> None:
     tally: Counter[str] = Counter()
     for seed in SEEDS:
@@ -108,6 +111,7 @@ def _kinds(plain: Plain, tag: Tags, values: dict[str, bool]) -> set[str]:
     return found
 
 
+@pytest.mark.slow
 @outside.needs("tiny-datalog")
 def test_random_theories_by_tiny_datalog() -> None:
     defeasible = outside.load("tiny-datalog", "tiny_datalog.defeasible")

@@ -47,7 +47,7 @@ WRONG = (
         "an unknown label",
         f"{AB}Rule1: a => q. §Rule2 > Rule1.\n{END}",
         "E574",
-        "there is no rule with the label `Rule2`",
+        "no rule has the label `Rule2`",
     ),
     Wrong(
         "a priority of allies", f"{AB}R: a => q. S: b => q. §R > S.\n{END}", "E575", "`R` and `S` conclude `q` and `q`"
@@ -71,4 +71,7 @@ WRONG = (
     Wrong("an empty name outside", f'{AB}a => q.\noutput {{b §q, ""}}.\n', "E578", "the name outside is empty"),
     Wrong("nothing", "§", "E578", "the theory has no output"),
     Wrong("too many rules", f"{AB}{'a => q. ' * 10_000}§b => q.\n{END}", "E579", "there are more than 10,000 rules"),
+    Wrong(
+        "too many words", f"{'% not counted' * 9}\n{'a,' * 100_000}§a => q.\n", "E579", "there are more than 200,000"
+    ),
 )
