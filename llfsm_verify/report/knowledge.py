@@ -21,6 +21,7 @@ MARKS = {
     NEITHER: "(neither): neither the output nor its negation is proved; it is then false",
     BOTH: "(both): the output is proved, and its negation also; it is then true",
 }
+CONSTANT = ": both are constant"
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,17 +176,17 @@ def _line(rule: Rule) -> str:
 
 def _comparison_text(found: Comparison) -> Iterator[str]:
     if found.answer == "equal":
-        yield f"equal: proved by Z3 for all values of {', '.join(found.reads) or 'nothing: both are constant'}"
+        yield "equal: proved by Z3" + (f" for all values of {', '.join(found.reads)}" if found.reads else CONSTANT)
     elif found.answer == "unknown":
         yield f"unknown: {found.reason}"
     else:
         where = ", ".join(f"{name}={text(value)}" for name, value in found.values.items())
-        yield f"told apart where {where or 'nothing is read: both are constant'}"
+        yield f"told apart where {where}" if where else f"told apart{CONSTANT}"
         width = max(map(len, found.sides))
         for side, truth in zip(found.sides, found.truths, strict=True):
             yield f"  {side.ljust(width)}  is {text(truth)}"
     for side, alone in zip(found.sides, found.alone, strict=False):
         if alone:
             yield f"only {side} has {', '.join(alone)}: free in both"
-    if found.answer == "different" and found.arrangement is not None:
+    if found.values and found.arrangement is not None:
         yield "these are values of the variables' types; `llfsm query` says whether a run reaches them"

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 from pathlib import Path
+from random import Random
 
 import jsonschema
 import pytest
 
 from llfsm_verify.report.schema import load
 from tests.cli.running import llfsm
+from tests.knowledge.theories import DEFEATER, random_theory, tags
+from tests.quick import examples
 
 COOK = """\
 % MicrowaveCook.d
@@ -251,3 +255,41 @@ def test_json_fits_its_schema(command: str, cook: str, two: str) -> None:
     value = json.loads(done.stdout)
     jsonschema.Draft202012Validator(load("knowledge")).validate(value)
     assert value["exit_code"] == done.returncode
+
+
+@pytest.mark.slow
+def test_tables_explanations_and_the_definition_agree_on_every_valuation(tmp_path: Path) -> None:
+    path, marks = tmp_path / "random.d", set()
+    for seed in range(examples(60)):
+        plain = random_theory(Random(seed))
+        atoms = list(dict.fromkeys(rule.head for rule in plain.rules if rule.arrow != DEFEATER and rule.head[0] != "~"))
+        path.write_text(plain.text(Random(seed)) + "".join(f"output {{b {atom}}}.\n" for atom in atoms))
+        shown = [option for atom in atoms for option in ("--output", atom)]
+        if not atoms:
+            continue
+        table = json.loads(llfsm("knowledge", "table", str(path), *shown, "--format", "json").stdout)
+        text = llfsm("knowledge", "table", str(path), *shown).stdout.splitlines()
+        columns = text[0].split()
+        for valuation in plain.valuations():
+            proved = tags(plain, valuation).proved
+            expected = {atom: {"proved": atom in proved, "refuted": f"~{atom}" in proved} for atom in atoms}
+            rows = [number for number, row in enumerate(table["rows"]) if row["inputs"].items() <= valuation.items()]
+            assert [table["rows"][number]["outputs"] for number in rows] == [expected]
+            cells = dict(zip(columns, re.split(r"  +", text[1 + rows[0]]), strict=True))
+            assert [cells[n] == "true" for n in columns[: -len(atoms)]] == [
+                valuation[n] for n in columns[: -len(atoms)]
+            ]
+            for atom in atoms:
+                sides = (atom in proved, f"~{atom}" in proved)
+                assert cells[atom] == {(0, 0): "false (neither)", (1, 1): "true (both)"}.get(
+                    sides, str(sides[0]).lower()
+                )
+                marks.add(sides)
+            values = [f"{name}={str(value).lower()}" for name, value in valuation.items() if value or seed % 2]
+            told = json.loads(llfsm("knowledge", "explain", str(path), *values, *shown, "--format", "json").stdout)
+            assert told["inputs"] == valuation
+            assert told["outputs"] == {atom: atom in proved for atom in atoms}
+            for decision in told["decisions"]:
+                atom = decision["atom"]
+                assert (decision["proved"], decision["refuted"]) == (atom in proved, f"~{atom}" in proved)
+    assert len(marks) == 4
