@@ -26,6 +26,7 @@ from llfsm_verify.arrangement.codes import CODES as ARRANGEMENT
 from llfsm_verify.arrangement.suppressions import CODES as LINT
 from llfsm_verify.engines.explicit.checkpoints import CODES as CHECKPOINTS
 from llfsm_verify.guarding.codes import CODES as GUARDS
+from llfsm_verify.knowledge.codes import CODES as THEORIES
 from llfsm_verify.kripke.export.formats import CODES as STRUCTURES
 from llfsm_verify.language.codes import CODES as LANGUAGE
 from llfsm_verify.logic.codes import MEANINGS as PROPERTIES
@@ -121,6 +122,7 @@ MENDS = {
 SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("Arrangements and machines", ARRANGEMENT),
     ("Guards, actions and atoms of properties", {**LANGUAGE, **LOWERING}),
+    ("Theories of plausible logic", THEORIES),
     ("Properties", PROPERTIES),
     ("Traces, drawings and inputs", FILES),
     ("Kripke structures and models for other checkers", STRUCTURES),

@@ -29,6 +29,7 @@ PRINTED = re.compile(r"^(?![ │|]).*?\b(?:error|warning|note)\[([A-Z]\d{3})\]: 
 """A diagnostic: its line, and those below that are indented."""
 RECORD = "llfsm run a.yaml --rate 0 --for 1s --set go=true --record lamp.rec"
 HEATER = does("heat = not warm;", "warm: {type: bool, role: input}, heat: {type: bool, role: output}")
+HEATS = "warm: {type: bool, role: input}, out: {type: bool, role: output}"
 GUARD = "llfsm guard a.yaml -p 'G (warm -> !heat)' --fallback heat=false --no-proof -o guarded"
 DOUBLED = "".join(f"define p{i + 1}: p{i} && X p{i}\n" for i in range(20))
 RING = "llfsm verify ring.yaml --keep-all-bits --max-states 9000"
@@ -52,6 +53,11 @@ EVERY_RUN = "HOA: v1\nStates: 1\nStart: 0\nAP: 0\nAcceptance: 0 t\n--BODY--\nSta
 
 def _lint(files: dict[str, str]) -> Provoked:
     return Provoked(("llfsm lint a.yaml",), files)
+
+
+def _theory(rules: str) -> Provoked:
+    files = does("out = heat;", HEATS, "knowledge: {heat: {file: Heat.d}}\n")
+    return _lint({**files, "Heat.d": f'input {{warm}}.\n{rules}\noutput {{b heat, "heat"}}.\n'})
 
 
 def _fault(files: dict[str, str]) -> Provoked:
@@ -419,6 +425,8 @@ schedule: [a, b]
         }
     ),
     "W002": _lint(does("if (n < 16) lamp = true;", "n: {type: 0..9, role: input}, lamp: {type: bool, role: output}")),
+    "W004": _theory("warm => heat."),
+    "W005": _theory("warm -> heat. {} -> ~heat."),
     "W003": Provoked(("llfsm monitor 'G env@S' --arrangement a.yaml --as table",), model("go = choose(bool);", GO)),
     "W301": Provoked(("llfsm monitor 'G (go -> X[12] m@ON)' --arrangement a.yaml --as machine",), LAMP),
     "W302": _rule("x: go -> F m@ON"),

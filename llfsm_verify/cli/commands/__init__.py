@@ -58,6 +58,7 @@ COMMANDS = Commands(
         _module("check", "query", "find a run that reaches something, or prove that none does"),
         _module("check", "check-recording", "decide properties on a recording"),
         _folder("check", "property", "ask about formulas over free atoms"),
+        _folder("check", "knowledge", "ask what theories conclude and why, and whether conditions are the same"),
         _folder("run", "simulate", "run an arrangement and show each step"),
         _folder("run", "run", "run an arrangement in real time, or as fast as possible"),
         _folder("run", "whiteboard", "read and post on the whiteboards of running arrangements"),

@@ -7,8 +7,8 @@ from typing import cast
 
 from llfsm_verify.registry import Entry, Registry
 
-NAMES = ("result", "monitor", "lint", "coverage", "query", "simulation")
-OF_RESULT = ("lint", "coverage", "query", "simulation")
+NAMES = ("result", "monitor", "lint", "coverage", "query", "simulation", "knowledge")
+OF_RESULT = ("lint", "coverage", "query", "simulation", "knowledge")
 """Their files leave out what they share with `result`: the definitions SHARED."""
 SHARED = ("failure", "diagnostic", "span", "sampled", "change", "cause", "step", "trace", "attempt", "proof", "inputs")
 
@@ -44,6 +44,7 @@ SCHEMAS: Registry[Callable[[str], dict[str, object]]] = Registry(
         Entry("coverage", _WRITTEN_BY_US, "`llfsm coverage --format json`"),
         Entry("query", _WRITTEN_BY_US, "`llfsm query --format json`"),
         Entry("simulation", _WRITTEN_BY_US, "`llfsm simulate --format json`"),
+        Entry("knowledge", _WRITTEN_BY_US, "`llfsm knowledge … --format json`"),
     ],
     "llfsm_verify.schemas",
 )
