@@ -172,17 +172,18 @@ class _Reader:
         untyped = letter.text != "b" and self._next.text in ("}", ",")
         atom = letter if untyped else self._take("the name of an output", "name")
         text = self._take("the name outside, in quotes", "text").text[1:-1] if self._comma() else atom.text
-        form = f'write `output {{b {atom.text}, "{text.strip() or atom.text}"}}.`'
+        named = text if text.strip() and text.isprintable() else atom.text
+        form = f'write `output {{b {atom.text}, "{named}"}}.`'
         if untyped:
             self._say(codes.OUTPUT, "the type of the output is missing", letter.span, form)
         elif letter.text != "b":
             message = f"`{letter.text[:60]}` is not a type of outputs: the only one is `b`, for true or false"
             self._say(codes.OUTPUT, message, letter.span, form)
-        if not text.strip():
-            self._say(codes.OUTPUT, "the name outside is empty", atom.span, form)
+        if named != text:
+            self._say(codes.OUTPUT, "the name outside is empty, or cannot be shown", atom.span, form)
         other = next((o for o in self.outputs if atom.text == o.atom or text == o.text), None)
         if other is not None:
-            twice = atom if atom.text == other.atom else atom._replace(text=text)
+            twice = atom if atom.text == other.atom else atom._replace(text=named)
             self._once({twice.text: other.span}, twice, "is an output", "remove one, or name it otherwise")
         self.outputs.append(Output(atom.text, text, atom.span))
 
@@ -252,7 +253,8 @@ class _Reader:
         token = self._next
         words = (token.text, token.text[:1], self._tokens[self._at - 1].text if self._at else "")
         hint = hint or next((_HABITS[w] for w in words if w in _HABITS), "a rule is `C1: a, ~b => c.`")
-        written = "the file ends" if token.kind == "end" else f"there is `{token.text[:60]}`"
+        shown = f"`{token.text[:60]}`" if token.text.isprintable() else f"U+{ord(token.text[0]):04X}"
+        written = "the file ends" if token.kind == "end" else f"there is {shown}"
         self._say(codes.SYNTAX, f"{expected} is expected, and {written}", token.span, hint)
         raise _Broken
 

@@ -107,6 +107,12 @@ def test_nothing_is_said_that_only_follows_from_a_broken_statement() -> None:
     assert places("input {a}.\na => q.\noutput {b, q}.\n") == [("E570", 3)]
 
 
+def test_characters_that_cannot_be_shown_are_named() -> None:
+    (first, second) = mistakes('input {a}.\na \x8f=> q.\na => q.\noutput {b q, "x\x85"}.\n')
+    assert first.message.endswith("and there is U+008F")
+    assert second.message.endswith("cannot be shown") and second.hint == 'write `output {b q, "q"}.`'
+
+
 @pytest.mark.parametrize(
     ("text", "lines"),
     [
