@@ -130,6 +130,7 @@ def test_the_seeds_are_decided_everywhere() -> None:
         ("a -> q. b -> ~q.", ["a"]),
         ("a -> q. b => ~q. c => q.", ["(a or (c and not b))"]),
         ("a -> q. a => q. b => ~q.", ["a"]),
+        ("R: a => q. S: b => ~q. R > S.", ["a"]),
         ("a -> q. ~a => q.", ["True"]),
         ("{} => p. p, a => q.", ["a"]),
         ("a, b => q. R: c => ~q.", ["rule 0 := (a and b)", "(rule 0 and not c)"]),

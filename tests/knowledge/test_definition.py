@@ -52,11 +52,12 @@ def _agree(plain: Plain, theory: Theory, literal: Literal, known: list[Tags], ab
     assert said.looked
     sides = [sum(str(side) in tag.proved for side in (literal, literal.complement)) for tag in known]
     for found, number in ((said.neither, 0), (said.both, 2)):
-        if found is None:
-            assert number not in sides, about
+        if number not in sides:
+            assert found is None, about
         else:
-            row = next(r for r in range(rows) if found.items() <= valuation(plain.inputs, r).items())
-            assert sides[row] == number, about
+            first = valuation(plain.inputs, sides.index(number))
+            assert found is not None and found.items() <= first.items(), about
+            assert not any(value for name, value in first.items() if name not in found), about
     for row, values in enumerate(plain.valuations()):
         assert valuation(plain.inputs, row) == values
         why = explained(theory, literal, {name: True for name, value in values.items() if value})

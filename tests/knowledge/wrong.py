@@ -36,6 +36,7 @@ WRONG = (
     Wrong("an output that is negated", f"{AB}a => q.\noutput {{b §~q}}.\n", "E570", "an output is an atom"),
     Wrong("a misspelt input", f"input {{doorOpen}}.\nR: §dooropen => q.\n{END}", "E571", "`dooropen` is not an input"),
     Wrong("only its negation", f"{AB}a => c. §~c => q.\n{END}", "E571", "no rule can conclude `~c`"),
+    Wrong("only a defeater", f"{AB}a ~> c. §c => q.\n{END}", "E571", "`c` is not an input"),
     Wrong("an unknown output", f'{AB}a => q.\noutput {{b §p, "p"}}.\n', "E571", "`p` is not an input"),
     Wrong("literals in a circle", f"{AB}§q => r. r, a => s. ~s => q. b => ~s.\n{END}", "E572", "`r` depends on itself"),
     Wrong("a literal of itself", f"{AB}a => q. §q => ~q.\n{END}", "E572", "`q` depends on itself: q ← q"),

@@ -37,11 +37,6 @@ SCHEMAS: Registry[Callable[[str], dict[str, object]]] = Registry(
         Entry("machine", _WRITTEN_BY_PEOPLE, "machine files"),
         Entry("policy", _WRITTEN_BY_PEOPLE, "policy files, `access: {file: …}`"),
         Entry("ports", "llfsm_verify.runtime.ports.file:schema", "files of ports, `llfsm run --ports`"),
-        Entry(
-            "mapping",
-            "llfsm_verify.runtime.deciding.logs.mapping:schema",
-            "mappings of logs, `check-recording --mapping`",
-        ),
         Entry("trace", "llfsm_verify.verification.tracefile_fields:schema", "trace files"),
         Entry("result", _WRITTEN_BY_US, "`llfsm verify --format json`"),
         Entry("monitor", _WRITTEN_BY_US, "`llfsm monitor --as table`"),
