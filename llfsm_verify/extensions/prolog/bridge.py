@@ -27,12 +27,12 @@ WORKER = Path(__file__).with_name("worker.pl")
 COMMAND = ("swipl", "-q", "-f", "none", "--no-tty", "--on-error=print", "--stack-limit=256m", "-t", "halt", str(WORKER))
 GRACE = 0.25
 """Seconds after the limit of a query in which Prolog must have cut it."""
-LOADING = 60.0
-"""Seconds in which a program must be loaded; the port has its own patience for the first time."""
+ENDING = 0.5
+"""Seconds in which Prolog that says no more must have ended."""
 PAUSE, LONGEST_PAUSE = 0.05, 10.0
 """Seconds until Prolog that has ended twice without an answer between is started again."""
-MOST_OUTPUT, MOST_LINES = 200, 20
-"""Characters of a line that the program writes, and lines, which are told."""
+MOST_OUTPUT, MOST_LINES, MOST_WAITING = 200, 20, 100
+"""Characters of a line that the program writes, and lines, which are told; lines that wait until a query ends."""
 
 
 class _Ended(Exception):
@@ -45,6 +45,11 @@ class _Over(Exception):
 
 class _Unanswered(Exception):
     """A query has no answer that its input can have; the message is for the user."""
+
+    def __init__(self, why: str, *, gone: bool = False) -> None:
+        super().__init__(why)
+        self.gone = gone
+        """Whether Prolog has to be started again."""
 
 
 class _Unloadable(Exception):
@@ -63,14 +68,15 @@ class Prolog:
         )
         try:
             self._process = subprocess.Popen(  # noqa: S603 - the user's program
-                [*COMMAND[:-3], "-g", f"{streams}, llfsm_worker:serve(I, O)", *COMMAND[-3:]],
+                [*COMMAND[:-3], "-g", f"{streams}, catch(llfsm_worker:serve(I, O), _, halt(2))", *COMMAND[-3:]],
                 stdin=subprocess.DEVNULL, stdout=written, stderr=written, pass_fds=(theirs, ours),
             )  # fmt: skip
         finally:
             for descriptor in (theirs, ours, written):
                 os.close(descriptor)
         self._ends = os.pidfd_open(self._process.pid)
-        self.descriptors = (self._out, self._output, self._ends)
+        self.descriptors = [self._out, self._output, self._ends]
+        self._how = ""
         self._replies, self._lines = LineReader(), LineReader()
         self.waiting: list[list[str]] = []
         """Replies that nobody has taken."""
@@ -82,30 +88,33 @@ class Prolog:
         try:
             os.write(self._in, f"{line}\n".encode())
         except OSError:
-            raise _Ended(self.end()) from None
+            raise _Ended(self.end(ENDING)) from None
 
     def read(self, ready: Mapping[int, int]) -> None:
         """Take what has come. _Ended."""
         if self._output in ready:
-            for line in self._lines.lines(os.read(self._output, 1 << 14)):
+            data = os.read(self._output, 1 << 14)
+            lines = list(self._lines.lines(data))
+            for line in lines[: max(0, MOST_WAITING - len(self.written))]:
                 self.written.append("a long line" if line is None else line.decode(errors="replace").strip())
+            if not data:
+                self.descriptors.remove(self._output)
         data = os.read(self._out, 1 << 16) if self._out in ready else b""
-        for line in self._replies.lines(data):
-            if line is not None:
-                self.waiting.append(line.decode().split(" "))
+        self.waiting += [line.decode().split(" ") for line in self._replies.lines(data) if line is not None]
         if not data and (self._ends in ready or self._out in ready):
-            raise _Ended(self.end())
+            raise _Ended(self.end(ENDING))
 
-    def end(self) -> str:
-        """Kill it if it still runs; how it ended, in words."""
-        ran = self._process.poll() is None and not select.select([self._ends], [], [], 0)[0]
-        if ran:
-            self._process.kill()
-        code = self._process.wait()
-        for descriptor in (self._in, *self.descriptors):
-            with suppress(OSError):
+    def end(self, patience: float = 0.0) -> str:
+        """Kill it if it still runs after so many seconds; how it ended, in words."""
+        if not self._how:
+            killed = not select.select([self._ends], [], [], patience)[0]
+            if killed:
+                self._process.kill()
+            code = self._process.wait()
+            for descriptor in (self._in, self._out, self._output, self._ends):
                 os.close(descriptor)
-        return "Prolog was killed" if ran or code < 0 else f"Prolog has ended with code {code}, as after `halt`"
+            self._how = "Prolog was killed" if killed or code < 0 else f"Prolog has ended with code {code}"
+        return self._how
 
 
 class Bridge:
@@ -116,10 +125,11 @@ class Bridge:
         self._told, self._types = told, hello["inputs"]
         self._digits = {field: kind["digits"] for field, kind in hello["outputs"].items()}
         self._limit: float = told["limit"]
-        self._lines = LineReader()
-        self._facts: Mapping[str, Json] | None = None
+        self._begun = b""
+        """Of a line of the run."""
+        self._facts: Mapping[str, Json] | None = None if told["facts"] else {}
         """The newest values of the outputs; None: none have come."""
-        self._new = False
+        self._new = not told["facts"]
         """Whether they are not asked with yet."""
         self._pause = 0.0
         self._notes: list[str] = []
@@ -129,17 +139,21 @@ class Bridge:
         self._prolog = Prolog()
 
     def load(self) -> None:
-        """Until Prolog has the program. _Unloadable, _Ended, _Over."""
+        """Until Prolog has the program. _Unloadable, _Over."""
+        try:
+            self._load()
+        except _Ended as why:
+            raise self._unloadable(str(why)) from None
+
+    def _load(self) -> None:
         told = self._told
         lists = ", ".join(f"[{', '.join(told[key].values())}]".replace(HOLE, "_") for key in ("facts", "queries"))
         self._prolog.ask(f"load({quoted(told['file'])}, {lists}).")
         problems = []
         while True:
-            reply = self._reply(LOADING)
+            reply = self._reply(told["patience"])
             if reply is None:
-                raise _Unloadable(
-                    f"{self._shown(told['file'])}:0:0: {UNLOADABLE}: it is not loaded after {LOADING:g} s"
-                )
+                raise self._unloadable(f"it is not loaded after {told['patience']:g} s")
             kind, place, text = reply
             if kind == "loaded":
                 break
@@ -151,12 +165,12 @@ class Bridge:
             what = {
                 "undefined": f"`{text}` is not defined",
                 "clause": f"`{text}` is a fact of the port, and has clauses",
-            }
-            message = f"{self._shown(place[0])}:{line}:{column}: {UNLOADABLE}: {what.get(kind, text)}"
+                "halt": "it ends Prolog by `halt`",
+            }.get(kind, text)
             if kind == "warning":
-                self._notes.append(message)
+                self._notes.append(f"{self._at(place[0], line)}{what}")
             else:
-                problems.append(message)
+                problems.append(f"{self._shown(place[0])}:{line}:{column}: {UNLOADABLE}: {what}")
             if kind == "halt":
                 break
         if problems:
@@ -167,7 +181,7 @@ class Bridge:
         """Until the run has ended. _Unloadable, _Over."""
         again, every = 0.0, self._told["every"]
         for note in self._notes:
-            self._say(note)
+            _tell(say=note)
         while True:
             now = time.monotonic()
             try:
@@ -177,7 +191,7 @@ class Bridge:
                 else:
                     self._move(None if every is None or self._facts is None else max(0.0, again - now))
             except _Ended as why:
-                self._say(f"{why}, and is started again")
+                _tell(say=f"{why}, and is started again")
                 self._restart()
                 self._new = self._facts is not None
 
@@ -186,7 +200,6 @@ class Bridge:
         made = (self._fact(field, fact, values) for field, fact in self._told["facts"].items())
         facts = ", ".join(fact for fact in made if fact is not None)
         answers: dict[str, Json] = {}
-        lost = []
         for field, query in self._told["queries"].items():
             value = VALUE if HOLE in query else "true"
             line = f"ask([{facts}], {query.replace(HOLE, VALUE)}, {value}, {self._limit})."
@@ -194,12 +207,12 @@ class Bridge:
                 answers[field] = self._answer(field, line)
                 self._pause = 0.0
             except _Unanswered as why:
-                self._say(str(why))
-                lost.append(field)
+                _tell(say=str(why))
+                _tell(lost=[field], why="a query has no answer")
+                if why.gone:
+                    self._restart()
         if answers:
             _tell(values=answers)
-        if lost:
-            _tell(lost=lost, why="a query has no answer")
 
     def _fact(self, field: str, fact: str, values: Mapping[str, Json]) -> str | None:
         """As Prolog reads it; None: it is not there."""
@@ -214,18 +227,14 @@ class Bridge:
             self._prolog.ask(line)
             reply = self._reply(self._limit + GRACE)
         except _Ended as why:
-            self._restart()
-            raise _Unanswered(f"{UNANSWERED}: `{field}`: {why}") from None
+            raise _Unanswered(f"{UNANSWERED}: `{field}`: {why}", gone=True) from None
         finally:
             self._show_output()
         if reply is None:
-            self._prolog.end()
-            self._restart()
-            raise _Unanswered(f"{UNANSWERED}: `{field}`: it could not be cut at its limit, so Prolog was started again")
+            raise _Unanswered(f"{UNANSWERED}: `{field}` could not be cut at its limit, so Prolog is killed", gone=True)
         kind, (file, at, _), text = reply
         if kind == "halt":
-            self._restart()
-            raise _Unanswered(f"{self._at(file, at)}{UNANSWERED}: `{field}` has ended Prolog by `halt`")
+            raise _Unanswered(f"{self._at(file, at)}{UNANSWERED}: `{field}` has ended Prolog by `halt`", gone=True)
         if kind == "limit":
             raise _Unanswered(f"{UNANSWERED}: `{field}` has no answer within its limit of {1000 * self._limit:g} ms")
         if kind == "error":
@@ -240,31 +249,25 @@ class Bridge:
         """An answer as the run reads it; None: it is no value of this type."""
         if kind == "none":
             return False if of["boolean"] else None
-        named = kind == "name"
-        if named and text in self._told["values"]:
+        ours = self._told["values"].get(text) if kind == "name" else None
+        if ours is not None and _fitting("name" if of["boolean"] or of["labels"] else "number", ours, of) is not None:
             return text
-        if of["boolean"]:
-            return {"true": True, "false": False}.get(text) if named else None
-        if of["labels"]:
-            return text if named and text in of["labels"] else None
-        with suppress(InvalidOperation, OverflowError):
-            number = Decimal(text).scaleb(of["digits"]) if kind == "number" else Decimal("NaN")
-            if number.is_finite() and number == number.to_integral_value() and of["low"] <= number <= of["high"]:
-                return str(int(number)) if of["digits"] == 0 else f"{number.scaleb(-of['digits']):f}"
-        return None
+        return _fitting(kind, text, of)
 
     def _restart(self) -> None:
         """_Unloadable, _Over."""
-        self._prolog.end()
+        how = self._prolog.end()
+        if not self._told["restart"]:
+            raise self._unloadable(how)
         until = time.monotonic() + self._pause
         self._pause = min(max(PAUSE, 2 * self._pause), LONGEST_PAUSE)
         while (left := until - time.monotonic()) > 0:
             self._move(left, prolog=False)
         self._prolog = Prolog()
-        try:
-            self.load()
-        except _Ended as why:
-            raise _Unloadable(f"{self._shown(self._told['file'])}:0:0: {UNLOADABLE}: {why}") from None
+        self.load()
+
+    def _unloadable(self, why: str) -> _Unloadable:
+        return _Unloadable(f"{self._shown(self._told['file'])}:0:0: {UNLOADABLE}: {why}")
 
     def _reply(self, seconds: float) -> tuple[str, tuple[str, int, int], str] | None:
         """The next reply of Prolog; None: it takes too long. _Ended, _Over."""
@@ -287,8 +290,8 @@ class Bridge:
             data = os.read(0, 1 << 16)
             if not data:
                 raise _Over
-            for line in self._lines.lines(data):
-                said = {} if line is None else json.loads(line, parse_float=str)
+            *lines, self._begun = (self._begun + data).split(b"\n")
+            for said in (json.loads(line, parse_float=str) for line in lines):
                 if "end" in said:
                     raise _Over
                 if "values" in said:
@@ -303,7 +306,7 @@ class Bridge:
             if text and text not in self._written and len(self._written) < MOST_LINES:
                 self._written.add(text)
                 more = "" if len(self._written) < MOST_LINES else " (other lines are not shown)"
-                self._say(f"the program writes: {text}{more}")
+                _tell(say=f"the program writes: {text}{more}")
         self._prolog.written.clear()
 
     def _shown(self, file: str) -> str:
@@ -312,12 +315,23 @@ class Bridge:
     def _at(self, file: str, line: int) -> str:
         return f"{self._shown(file)}:{line}: " if file else ""
 
-    def _say(self, what: str) -> None:
-        _tell(say=what)
-
     def close(self) -> None:
         """Prolog ends with the bridge."""
         self._prolog.end()
+
+
+def _fitting(kind: str, text: str, of: Mapping[str, Any]) -> Json:
+    """A value of this type; None: it is none."""
+    if of["boolean"] or of["labels"]:
+        known: Mapping[str, Json] = (
+            {"true": True, "false": False} if of["boolean"] else {one: one for one in of["labels"]}
+        )
+        return known.get(text) if kind == "name" else None
+    with suppress(InvalidOperation, OverflowError):
+        number = Decimal(text if kind == "number" else "NaN").scaleb(of["digits"])
+        if number.is_finite() and number == number.to_integral_value() and of["low"] <= number <= of["high"]:
+            return f"{number.scaleb(-of['digits']):.{of['digits']}f}"
+    return None
 
 
 def _characters(codes: str) -> str:
@@ -330,26 +344,12 @@ def _tell(**message: Json) -> None:
         sys.stdout.flush()
 
 
-def _first_line() -> bytes:
-    """What the run says first; nothing after it is read."""
-    line = b""
-    while not line.endswith(b"\n"):
-        byte = os.read(0, 1)
-        if not byte:
-            sys.exit(1)
-        line += byte
-    return line
-
-
 def main() -> int:
     """Until the run has ended, or the program cannot be used."""
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
-    bridge = Bridge(json.loads(_first_line()))
+    bridge = Bridge(json.loads(sys.stdin.readline()))
     try:
-        try:
-            bridge.load()
-        except _Ended as why:
-            raise _Unloadable(f"{bridge._shown(bridge._told['file'])}:0:0: {UNLOADABLE}: {why}") from None
+        bridge.load()
         _tell(hello=1)
         bridge.serve()
     except _Unloadable as why:

@@ -74,7 +74,7 @@ class Prolog(PortKind):
         told: dict[str, Json] = {
             "file": str(path), "limit": float(LIMIT if limit is None else limit) / 1000,
             "every": None if times["every"] is None else float(times["every"]) / 1000,
-            "values": dict(_texts(found.get("values"))),
+            "values": dict(_texts(found.get("values"))), "patience": timing[0], "restart": timing[1],
         }  # fmt: skip
         at = mark(found["kind"])
         run = (sys.executable, "-P", "-m", "llfsm_verify.extensions.prolog.bridge")
@@ -149,7 +149,11 @@ def _texts(node: Node | None) -> Iterator[tuple[str, str]]:
 def _diagnostic(placed: re.Match[str], terms: Mapping[str, Span], folder: str) -> Diagnostic:
     """What the bridge has said, at its place."""
     file, line, column, why = placed["file"], int(placed["line"]), int(placed["column"]), placed["why"].strip()
-    hint = "correct the program, or declare what it defines while it runs: `:- dynamic NAME/ARITY.`"
+    hint = "correct the program"
+    if "is not defined" in why:
+        hint = "define it, or write `:- dynamic NAME/ARITY.` where that comes later"
+    elif "has clauses" in why:
+        hint = "leave its clauses out, or give the fact another name in the file of ports"
     if file in terms:
         return Diagnostic(
             placed["code"], f"`{file}`: {why}", terms[file], hint="define it in the program, or write another name"

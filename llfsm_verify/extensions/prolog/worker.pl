@@ -65,12 +65,11 @@ failed(error(Formal, context(prolog_stack(Stack), More)), error, Place, Text) :-
     !,
     own_place(Stack, Place),
     told(error(Formal, context(_, More)), Text).
-failed(E, error, ''-0-0, Text) :- told(E, Text).
+failed(E, error, ''-0-0, Text) :- ( E = error(_, _) -> told(E, Text) ; format(string(Text), 'uncaught exception ~p', [E]) ).
 
 own_place(Stack, File-Line-0) :-
     current_prolog_flag(home, Home),
-    member(Frame, Stack),
-    prolog_stack_frame_property(Frame, location(File:Line)),
+    member(frame(_, pred_line(_, File:Line), _), Stack),
     \+ module_property(llfsm_worker, file(File)),
     \+ sub_atom(File, 0, _, _, Home),
     !.
