@@ -160,13 +160,13 @@ class Bridge:
             line, column = place[1:]
             if kind in ("fact", "query"):
                 field = [*told["facts" if kind == "fact" else "queries"]][line]
-                problems.append(f"{field}:0:0: {NO_TERM}: {text}")
+                problems.append(f"{field}:0:0: {NO_TERM}: {' '.join(text.split())}")
                 continue
             what = {
                 "undefined": f"`{text}` is not defined",
                 "clause": f"`{text}` is a fact of the port, and has clauses",
                 "halt": "it ends Prolog by `halt`",
-            }.get(kind, text)
+            }.get(kind, " ".join(text.split()))
             if kind == "warning":
                 self._notes.append(f"{self._at(place[0], line)}{what}")
             else:
@@ -238,7 +238,7 @@ class Bridge:
         if kind == "limit":
             raise _Unanswered(f"{UNANSWERED}: `{field}` has no answer within its limit of {1000 * self._limit:g} ms")
         if kind == "error":
-            raise _Unanswered(f"{self._at(file, at)}{UNANSWERED}: `{field}`: {text}")
+            raise _Unanswered(f"{self._at(file, at)}{UNANSWERED}: `{field}`: {' '.join(text.split())}")
         found = self._value(kind, text, self._types[field])
         if found is None:
             what = "no answer" if kind == "none" else f"the answer `{text}`, which is not a value of its input"
@@ -278,7 +278,7 @@ class Bridge:
                 return None
             self._move(left)
         kind, line, column, file, text = self._prolog.waiting.pop(0)
-        return kind, (_characters(file), int(line), int(column)), " ".join(_characters(text).split())
+        return kind, (_characters(file), int(line), int(column)), _characters(text)
 
     def _move(self, seconds: float | None, *, prolog: bool = True) -> None:
         """Take what comes, for at most so long. _Ended, _Over."""
