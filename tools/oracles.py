@@ -1,9 +1,9 @@
 """Other people's programs that our tests compare us with: where they are, and how they get there (`make oracles`).
 
-SPIN, Mosquitto (a broker of MQTT), ROS 1, Fast DDS (what ROS 2 speaks), the compilers and emulators for generated C, a
-browser and an editor come from Debian. NuSMV 2.5.4 is built from the source distribution of pynusmv on PyPI, in a
-folder outside the project, so that every checkout on a machine finds it; beside it is what npm installs. The others
-are Python packages of the extras `draw` and `test`.
+SPIN, SWI-Prolog, Mosquitto (a broker of MQTT), ROS 1, Fast DDS (what ROS 2 speaks), the compilers and emulators for
+generated C, a browser and an editor come from Debian. NuSMV 2.5.4 is built from the source distribution of pynusmv on
+PyPI, in a folder outside the project, so that every checkout on a machine finds it; beside it is what npm installs. The
+others are Python packages of the extras `draw` and `test`.
 """
 
 from __future__ import annotations
@@ -47,6 +47,7 @@ PROGRAMS = {
     "chromium": ("chromium",),
     "chromedriver": ("chromedriver",),
     "nvim": ("nvim",),
+    "swipl": ("swipl",),
 }
 """Programs by the name of the oracle, the preferred one first."""
 FILES = {
@@ -96,6 +97,7 @@ FROM_DEBIAN = {
     "chromium": ("chromium", "fonts-dejavu-core"),
     "chromedriver": ("chromium-driver",),
     "nvim": ("neovim",),
+    "swipl": ("swi-prolog-nox",),
 }
 """The packages of Debian that bring an oracle."""
 FROM_NPM = {
@@ -124,11 +126,12 @@ MODULES = {
     "pygraphviz": "pygraphviz",
     "pytest-lsp": "pytest_lsp",
     "selenium": "selenium",
+    "tiny-datalog": "tiny_datalog",
 }
 """Modules by the name of the package that brings them."""
 EXTRAS = {"mypy": "check", "mkdocs-material": "docs", "mkdocstrings": "docs", "pandas": "pandas"}
 """The extras of `pyproject.toml` that bring a module, where it is not `draw` or `test`: nothing else needs these."""
-OF_OTHERS = ("cyclonedds", "pytest-lsp", "selenium")
+OF_OTHERS = ("cyclonedds", "pytest-lsp", "selenium", "tiny-datalog")
 """Modules that are not of the group `core`."""
 GROUPS: dict[str, tuple[str, ...]] = {
     "core": ("spin", "gcc", "make", "nusmv", *(n for n in MODULES if n not in OF_OTHERS)),
@@ -150,7 +153,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     ),
     "robots": ("mosquitto", "rospy", "fastdds", "cyclonedds"),
     "view": ("chromium", "chromedriver", "nvim", *FROM_NPM, "pytest-lsp", "selenium"),
-    "knowledge": (),
+    "knowledge": ("swipl", "tiny-datalog"),
 }
 """Oracles that are got together, with one call of apt-get: those of each part of the package."""
 NAMES = tuple(name for names in GROUPS.values() for name in names)

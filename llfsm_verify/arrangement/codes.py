@@ -61,11 +61,16 @@ CODES: dict[str, str] = {
     "E533": "A plant without a name, or a `use` that names no plant.",
     "E534": "A plant of a request is given a slot that does not fit, or a type without one of its states.",
     "E535": "The `timeout` of a plant is not a time, or the cycles of the arrangement have no length.",
+    "E166": "A theory has no input or output of that name.",
+    "E167": "An input of a theory is told nothing, and no Boolean variable has its name.",
+    "E168": "What a theory is told asks for the time, or chooses.",
     "E157": "A machine does what its clearance does not allow, or nobody may do what `operators` declares.",
     "E159": "A machine that a state cannot run, or that two states run.",
     "E165": "A policy for a running arrangement has other levels, or gives a machine rights that it did not have.",
     "E158": "A variable that a machine above the lowest level writes has no class.",
     "W001": "A parameter is never used.",
+    "W004": "A theory proves an output for some inputs neither true nor false, and then it counts as false.",
+    "W005": "A theory proves an output for some inputs both true and false.",
     "W002": "A comparison that is always true, or always false, by the types of what it compares.",
 }
 

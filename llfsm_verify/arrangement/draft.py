@@ -57,6 +57,21 @@ class VariableDraft:
 
 
 @dataclass(frozen=True, slots=True)
+class KnowledgeDraft:
+    """What a theory says under a name."""
+
+    name: Scalar
+    theory: Source | Unreadable
+    """The text of the theory."""
+    file: Scalar | None = None
+    """Where the theory is named; None: it is unreadable."""
+    inputs: tuple[Entry, ...] = ()
+    """A condition for each input that is not a variable of its name."""
+    output: Node | None = None
+    """One of the theory's, where it is not called as the entry, or the only one."""
+
+
+@dataclass(frozen=True, slots=True)
 class WhiteboardDraft:
     """A variable that machines share."""
 
@@ -114,6 +129,7 @@ class MachineDraft:
     """Where its states are listed."""
     parameters: tuple[ParameterDraft, ...] = ()
     variables: tuple[VariableDraft, ...] = ()
+    knowledge: tuple[KnowledgeDraft, ...] = ()
     initial: Node | None = None
     """The name of a state; the first one where it is None."""
     suspend: Node | None = None
@@ -171,6 +187,7 @@ class ArrangementDraft:
     tables: tuple[Entry, ...] = ()
     """Names, each with a sequence of numbers."""
     whiteboard: tuple[WhiteboardDraft, ...] = ()
+    knowledge: tuple[KnowledgeDraft, ...] = ()
     profile: Node | None = None
     """The name of a profile, or a mapping of `base` and what differs from it."""
     observe: Node | None = None
@@ -215,6 +232,7 @@ def _parts(draft: ArrangementDraft) -> Iterator[object]:
     """All parts that may be unreadable."""
     yield from (draft.machines, draft.processes)
     yield from (variable.type for variable in draft.whiteboard)
+    yield from (entry.theory for entry in draft.knowledge)
     instances = () if isinstance(draft.machines, Unreadable) else draft.machines
     instances = (*instances, *(plant for plant in draft.plants if isinstance(plant, InstanceDraft)))
     yield from (instance.machine for instance in instances)
@@ -222,6 +240,7 @@ def _parts(draft: ArrangementDraft) -> Iterator[object]:
         yield machine.states
         yield from (parameter.kind for parameter in machine.parameters)
         yield from (variable.type for variable in machine.variables)
+        yield from (entry.theory for entry in machine.knowledge)
         for state in () if isinstance(machine.states, Unreadable) else machine.states:
             yield from (variable.type for variable in state.variables)
             yield from (transition.guard for transition in state.transitions)

@@ -145,6 +145,25 @@ STATE = Table(
         _LINT,
     ),
 )
+KNOWLEDGE = Table(
+    "a condition that a theory of plausible logic decides",
+    (
+        Field("file", "the theory (a `.d` file), relative to this file", _TEXT, required=True),
+        Field(
+            "inputs",
+            "a condition for each input of the theory; without one it is the Boolean variable of its name",
+            ByName(Single(("string", "boolean")), NAME, least=0),
+        ),
+        Field("output", "which of its outputs; else the one that is called as this entry, or the only one", _WORD),
+    ),
+)
+_KNOWLEDGE = Field(
+    "knowledge",
+    "what theories say, by the names that guards, actions and properties have for it. Inputs may ask for what stands "
+    "above",
+    ByName(Shared("knowledge"), NAME, least=0),
+    called="theories theory",
+)
 PARAMETER = Table(
     "a whiteboard variable or a constant",
     (
@@ -164,6 +183,7 @@ MACHINE = Table(
             ByName(Either((Words(("machine",)), PARAMETER)), NAME, least=0),
         ),
         Field("variables", "variables of the machine", _VARIABLES, called="vars locals"),
+        _KNOWLEDGE,
         Field(
             "initial", "the initial state (the first one unless named)", _NAME, called="init start begin initial_state"
         ),
@@ -299,6 +319,7 @@ ARRANGEMENT = Table(
             ByName(WHITEBOARD, NAME, least=0),
             called="variables vars globals shared inputs outputs",
         ),
+        _KNOWLEDGE,
         Field("machines", "machine instances", ByName(INSTANCE, NAME, least=0), required=True, called="fsms fsm"),
         Field(
             "environment",
@@ -344,6 +365,7 @@ SHARED = (
     ),
     Field("variable", VARIABLE.about, VARIABLE),
     Field("machine", MACHINE.about, MACHINE),
+    Field("knowledge", KNOWLEDGE.about, KNOWLEDGE),
     Field("suppressions", _LINT.about, ByName(_WORD, tuple(CODES), least=0, empty=True)),
 )
 """What is described once for all places where it may stand."""
@@ -378,6 +400,7 @@ VOCABULARY = Vocabulary(
     shapes={
         "a transition": "write `{when: …, to: STATE}`",
         "a state": "write `name: STATE`, and its other keys below",
+        "`knowledge`": "write `NAME: {file: THEORY.d}`, one per line",
         "`machines`": "write `NAME: {file: NAME.machine.yaml}`, one per line",
         **dict.fromkeys(("`whiteboard`", "`variables`"), "write `NAME: {type: TYPE}`, one per line"),
     },

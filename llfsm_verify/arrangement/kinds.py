@@ -7,7 +7,7 @@ from typing import Literal
 
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
 
-Kind = Literal["arrangement", "machine", "policy", "properties", "trace"]
+Kind = Literal["arrangement", "machine", "policy", "properties", "trace", "theory"]
 
 # A key at the left margin with a block or a flow collection after it.
 _BLOCK = r"^{}[ \t]*:[ \t]*(?:[#&{{\[].*)?\r?$"
@@ -16,6 +16,7 @@ _STATES = re.compile(_BLOCK.format("states"), re.MULTILINE)
 _MACHINE = re.compile(r"^machine[ \t]*:[ \t]*\w+[ \t]*(?:#.*)?\r?$", re.MULTILINE)
 _TRACE = re.compile(r"^trace[ \t]*:[ \t]*[0-9]+[ \t]*\r?$", re.MULTILINE)
 _POLICY = re.compile(r"^levels[ \t]*:(?=\s|$)", re.MULTILINE)
+_THEORY = re.compile(r"^[ \t]*(?:name|input|output)[ \t]*\{[^}]*\}[ \t]*\.", re.MULTILINE)
 _KEYS = "(?:machines?|states|schedule|processes|whiteboard)"
 _KEY = re.compile(rf"^([\"']?){_KEYS}\1[ \t]*:(?=\s|$)", re.MULTILINE)
 _FLOW = re.compile(rf"[{{,\s]([\"']?){_KEYS}\1\s*:")
@@ -33,9 +34,14 @@ NAMES: dict[Kind, str] = {
     "machine": "a machine file",
     "policy": "a policy file",
     "properties": "a property file",
+    "theory": "a theory",
     "trace": "a trace file",
 }
+_KNOWN_BY = "let the arrangement name it (`knowledge: {{NAME: {{file: …}}}}`), or call `llfsm knowledge table {file}`"
 _HINTS: dict[tuple[Kind, Kind], str] = {
+    ("arrangement", "theory"): _KNOWN_BY,
+    ("properties", "theory"): _KNOWN_BY,
+    ("theory", "arrangement"): "name a .d file, such as one that its `knowledge:` names",
     ("arrangement", "properties"): "name the arrangement before it: `llfsm-verify ARRANGEMENT {file}`",
     ("arrangement", "machine"): "write an arrangement that names it (`machines: {{m: {{file: …}}}}`, `schedule: [m]`), "
     "and give that one",
@@ -56,6 +62,8 @@ def kind_of(source: Source) -> Kind | None:
         return "arrangement"
     if _MACHINE.search(text) and _STATES.search(text):
         return "machine"
+    if _THEORY.search(text) or source.name.endswith(".d"):
+        return "theory"
     start, end = _first_line(text)
     formula = _PROPERTY.match(text, start, min(end, start + _LOOKED_AT)) or source.name.endswith(".ltl")
     return "properties" if formula else None
@@ -63,11 +71,12 @@ def kind_of(source: Source) -> Kind | None:
 
 def may_be_shown(source: Source, expected: Kind = "machine") -> bool:
     """Whether what is wrong with a file that another file names may be told: only of an arrangement, a machine or a
-    trace, and of a policy where one is expected, if with mistakes. Who writes `file: PATH` must not learn what stands
-    in any file that we can read.
+    trace, and of a policy or a theory where one is expected, if with mistakes. Who writes `file: PATH` must not learn
+    what stands in any file that we can read.
     """
     text = source.text
-    if expected == "policy" and _POLICY.search(text) is not None:
+    own = {"policy": _POLICY, "theory": _THEORY}.get(expected)
+    if own is not None and own.search(text) is not None:
         return True
     return (
         _TRACE.search(text) is not None or (_FLOW if text.lstrip().startswith("{") else _KEY).search(text) is not None
@@ -76,7 +85,9 @@ def may_be_shown(source: Source, expected: Kind = "machine") -> bool:
 
 def unlike(expected: Kind, path: str, at: Span) -> Diagnostic:
     """The diagnostic (E019) for a file that is not recognised, `at` the place that names it; it shows nothing of it."""
-    keys = {"machine": "`machine:` or `states:`", "policy": "`levels:`"}.get(expected, "`machines:` or `schedule:`")
+    keys = {
+        "machine": "`machine:` or `states:`", "policy": "`levels:`", "theory": "`input {` or `output {`"
+    }.get(expected, "`machines:` or `schedule:`")  # fmt: skip
     message = f"`{path[:200]}` is not {NAMES[expected]}: no line of it begins with {keys}"
     return Diagnostic("E019", message, at, hint=f"name {NAMES[expected]} here")
 

@@ -11,7 +11,7 @@ from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.language.scope import Table
 from llfsm_verify.language.trees import of_kind
-from llfsm_verify.language.typed import Assign, Command, Expression, Read, Statement, Variable
+from llfsm_verify.language.typed import Assign, Command, Expression, LetIn, Read, Statement, Variable
 from llfsm_verify.language.types import EnumType, Type, Value
 
 
@@ -139,6 +139,8 @@ class Machine:
     """What a fault in its ringlet does: it ends the run, or unloads the machine."""
     request: Request | None = None
     """Of a plant that is the other side of one: what a port needs to know of it."""
+    knowledge: Mapping[str, LetIn] = field(default_factory=dict)
+    """What its theories say, by the names of the entries."""
 
     @property
     def actions(self) -> tuple[tuple[Statement, ...], ...]:
@@ -306,6 +308,8 @@ class Arrangement:
     """Who may do what; None: all may do everything."""
     declared_types: tuple[DeclaredType, ...] = ()
     """The names in `types`, and where they stand in declarations."""
+    knowledge: Mapping[str, LetIn] = field(default_factory=dict)
+    """What theories say, by the names of the entries."""
     kept_as: str | None = field(default=None, init=False, compare=False, repr=False)
     """The name under which it is kept for later runs; a copy with other parts has none."""
 

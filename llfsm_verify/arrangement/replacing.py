@@ -60,7 +60,10 @@ def with_replacement(draft: Draft, replacement: Replacement) -> Draft:
     names = [instance.name.text for instance in arrangement.machines]
     if replacement.machine not in names:
         raise KeyError(replacement.machine)
-    reading = Reading(Path())
+    replaced = next(i.machine for i in arrangement.machines if i.name.text == replacement.machine)
+    place = draft.path if isinstance(replaced, Unreadable) else replaced.states_at.source.name
+    reading = Reading(Path(place).parent)
+    reading.known = {source.name: source for source in draft.sources}
     machine = reading.machine_text(replacement.name, replacement.text)
     instances = tuple(
         replace(instance, machine=machine) if instance.name.text == replacement.machine else instance

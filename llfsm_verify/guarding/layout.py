@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
-from llfsm_verify.arrangement.draft import Draft, Unreadable
+from llfsm_verify.arrangement.draft import Draft, InstanceDraft, MachineDraft, Unreadable
 from llfsm_verify.arrangement.formats import ending_of, writer_of
 from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, Uneditable, Value
 from llfsm_verify.arrangement.model import Arrangement
@@ -44,6 +45,14 @@ class Layout:
         self._main = f"arrangement{self._ending}" if main.name.startswith("<") else Path(main.name).name
         self._files: dict[str, str | Source] = {}
         """New files by their names: a text, or the source of one."""
+        assert not isinstance(draft.arrangement, Unreadable)
+        self._theories = [*draft.arrangement.knowledge]
+        for instance in (*instances(draft.arrangement), *draft.arrangement.plants):
+            if isinstance(instance, InstanceDraft):
+                self._tell(instance.machine)
+
+    def _tell(self, machine: MachineDraft | Unreadable) -> None:
+        self._theories += () if isinstance(machine, Unreadable) else machine.knowledge
 
     def replace(self, span: Span, text: str) -> None:
         """Another text at a place of a file."""
@@ -124,16 +133,18 @@ class Layout:
                 for state in machine.states:
                     yield from state.actions.values()
 
-    def add_machine(self, name: str, arguments: Mapping[str, str], machine: NewMachine | Source) -> None:
-        """Another machine at the end of the schedule, in a file of its own. A source is edited as others are."""
+    def add_machine(self, name: str, arguments: Mapping[str, str], machine: NewMachine | MachineDraft) -> None:
+        """Another machine at the end of the schedule, in a file of its own. What was read is edited as others are."""
         self.define(name, arguments, machine)
         one = self._document.has("schedule")
         self._document.append(("schedule",) if one else ("processes", self._document.names("processes")[0]), name)
 
-    def define(self, name: str, arguments: Mapping[str, str], machine: NewMachine | Source) -> None:
+    def define(self, name: str, arguments: Mapping[str, str], machine: NewMachine | MachineDraft) -> None:
         """The same, but it has no turn yet."""
-        if isinstance(machine, Source):
-            placed = self._place(Path(machine.name).name, machine)
+        if isinstance(machine, MachineDraft):
+            self._tell(machine)
+            source = machine.states_at.source
+            placed = self._place(Path(source.name).name, source)
         else:
             placed = self._place(f"{name}.machine{self._ending}", self._machine(machine))
         self._document.put(("machines", name), {"file": placed, **({"parameters": arguments} if arguments else {})})
@@ -163,6 +174,14 @@ class Layout:
                 placed[source.name, same] = self._place(Path(source.name).name, text)
             if placed[source.name, same] != file:
                 self._document.put(keys, placed[source.name, same])
+        theories: dict[str, str] = {}
+        for entry in self._theories:
+            assert isinstance(entry.theory, Source)
+            assert entry.file is not None
+            name = entry.theory.name
+            theories[name] = theories.get(name) or self._place(Path(name).name, entry.theory)
+            if theories[name] != entry.file.text:
+                self.replace(entry.file.span, json.dumps(theories[name], ensure_ascii=False))
         return {
             self._main: self._document.result(),
             **{name: self._edited(text) for name, text in self._files.items()},

@@ -23,8 +23,16 @@ def renamings(arrangement: Arrangement, draft: ArrangementDraft, requests: Mappi
     """The places in machines and arguments that name a routed output and mean it.
 
     The typed trees know what a name means: a variable, parameter or local variable that is called like an output is
-    none of these places. DiagnosticError: a name is written in such a way that its place cannot be told.
+    none of these places. DiagnosticError: a name is written in such a way that its place cannot be told, or a theory
+    is told of an output, by all who ask it alike.
     """
+    for known in (arrangement.knowledge, *(machine.knowledge for machine in arrangement.texts)):
+        for asked, entry in known.items():
+            for read in of_kind(entry, Read):
+                if read.variable.scope == "whiteboard" and read.variable.name in requests:
+                    message = f"`{asked}` depends on the output `{read.variable.name}`, which is routed"
+                    hint = "let a machine keep it in a variable, and tell the theory that"
+                    raise DiagnosticError(Diagnostic(UNFIT, message, entry.span, hint=hint))
     for instance in instances(draft):
         machine = instance.machine
         assert isinstance(machine, MachineDraft)

@@ -95,7 +95,9 @@ def guard(draft: Draft, wanted: Wanted, task: Task, folder: Path) -> Guarded:
             for key, value in _own(wider, found).arguments
             if isinstance(value, Scalar)
         }
-        layout.add_machine(found.monitors[0], arguments, wider.sources[-1])
+        machine_draft = _own(wider, found).machine
+        assert isinstance(machine_draft, MachineDraft)
+        layout.add_machine(found.monitors[0], arguments, machine_draft)
     else:
         for name, line in zip(found.monitors, task.lines, strict=True):
             # A monitor that begins again later begins with another letter.

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal as OneOf
 from typing import Protocol, cast
 
-from llfsm_verify.diagnostics import DiagnosticError, Fragment
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.constants import evaluate
 from llfsm_verify.language.expressions import BOOL, ExpressionChecker
@@ -25,6 +25,7 @@ from llfsm_verify.language.scope import (
     did_you_mean,
     enumerators_of,
 )
+from llfsm_verify.language.trees import nodes
 from llfsm_verify.language.typed import Variable
 from llfsm_verify.language.types import EnumType, FixedType, Type
 
@@ -73,6 +74,8 @@ class _Machine(Protocol):
     def suspend(self) -> int | None: ...
     @property
     def nested(self) -> bool: ...
+    @property
+    def knowledge(self) -> Mapping[str, typed.LetIn]: ...
 
 
 class _WhiteboardVariable(Protocol):
@@ -95,6 +98,8 @@ class _Arrangement(Protocol):
     def texts(self) -> Sequence[_Machine]: ...
     @property
     def surroundings(self) -> tuple[str, ...]: ...
+    @property
+    def knowledge(self) -> Mapping[str, typed.LetIn]: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +112,8 @@ class MachineView:
     """By state and by name."""
     transitions: tuple[int, ...]
     """The number of transitions of each state."""
+    knowledge: Mapping[str, typed.LetIn] = field(default_factory=dict)
+    """What its theories say."""
 
     @staticmethod
     def of(machine: _Machine) -> MachineView:
@@ -121,6 +128,7 @@ class MachineView:
                 if s.variables
             },
             transitions=tuple(len(s.transitions) for s in machine.states),
+            knowledge=machine.knowledge,
         )
 
 
@@ -136,6 +144,7 @@ class PropertyScope:
     tables: Mapping[str, Table] = field(default_factory=dict)
     surroundings: tuple[str, ...] = ()
     """The models of the surroundings, by their names; they are among the machines."""
+    knowledge: Mapping[str, typed.LetIn] = field(default_factory=dict)
 
     @staticmethod
     def of(arrangement: _Arrangement) -> PropertyScope:
@@ -147,12 +156,15 @@ class PropertyScope:
             inputs=frozenset(w.variable.name for w in arrangement.whiteboard if w.role == "input"),
             tables=arrangement.tables,
             surroundings=arrangement.surroundings,
+            knowledge=arrangement.knowledge,
         )
 
     def scope(self) -> Scope:
         signatures = {name: view.signature for name, view in self.machines.items()}
-        whiteboard, types = self.whiteboard, self.types
-        return Scope(whiteboard, {}, signatures, (), "", types, self.enumerators, frozenset(), tables=self.tables)
+        return Scope(
+            self.whiteboard, {}, signatures, (), "", self.types, self.enumerators, frozenset(), tables=self.tables,
+            knowledge=self.knowledge,
+        )  # fmt: skip
 
 
 class AtomChecker(ExpressionChecker):
@@ -199,7 +211,7 @@ class AtomChecker(ExpressionChecker):
         if isinstance(first, syntax.Subscript):
             raise self.fail("E124", f"`{machine}` is a machine, not an array", first)
         name = first.name
-        variable = view.variables.get(name.text)
+        variable, entry = view.variables.get(name.text), view.knowledge.get(name.text)
         if name.text in view.signature.states and rest and isinstance(rest[0], syntax.Member):
             inner = view.state_variables.get(name.text, {})
             found = inner.get(rest[0].name.text)
@@ -209,9 +221,9 @@ class AtomChecker(ExpressionChecker):
                 hint = did_you_mean(rest[0].name.text, inner) or f"state `{name.text}` has no variables"
                 message = f"state `{name.text}` of `{machine}` has no variable `{rest[0].name.text}`"
                 raise self.fail("E110", message, rest[0].name, hint)
-        meant = variable is not None and (name.quoted or self.quoted)
-        if name.text in (*OBSERVATIONS, "fired") and not meant:
-            if variable is not None:
+        declared = variable is not None or entry is not None
+        if name.text in (*OBSERVATIONS, "fired") and not (declared and (name.quoted or self.quoted)):
+            if declared:
                 word = f"{machine}.{name.text}"
                 message = f"`{word}` is a variable here and a word of the property language"
                 raise self.fail("E147", message, node, f'write `"{word}"` for the variable')
@@ -223,6 +235,8 @@ class AtomChecker(ExpressionChecker):
             if rest:
                 raise self.no_such_step(rest[0], BOOL)
             return typed.Observe(cast(_Observation, name.text), machine, -1, -1, BOOL, self.span(node))
+        if entry is not None:
+            return self.known(entry, node, tuple(rest))
         if variable is None:
             if name.text in ("read", "sampled") and machine not in self.properties.surroundings:
                 hint = f"write `{machine}.{name.text}(x)`, where `x` is an input"
@@ -230,11 +244,12 @@ class AtomChecker(ExpressionChecker):
             if name.text in view.signature.states:
                 hint = f"write `{machine}@{name.text}`"
             else:
-                own = machine in self.properties.surroundings
-                words = ("entered",) if own else tuple(dict.fromkeys((*OBSERVATIONS, *MACHINE_FUNCTIONS)))
+                around = machine in self.properties.surroundings
+                words = ("entered",) if around else tuple(dict.fromkeys((*OBSERVATIONS, *MACHINE_FUNCTIONS)))
                 near = self._state_compared(node, view) or member_meant(machine, name.text, (), PROPERTY_FUNCTIONS)
-                near = near or did_you_mean(name.text, [*view.variables, *view.state_variables, *words])
-                known = list(dict.fromkeys([*list(view.variables)[:8], *words]))
+                own = [*view.variables, *view.knowledge]
+                near = near or did_you_mean(name.text, [*own, *view.state_variables, *words])
+                known = list(dict.fromkeys([*own[:8], *words]))
                 hint = near or f"known here: {', '.join(f'`{n}`' for n in known)}"
             message = f"machine `{machine}` has no variable `{name.text}`"
             raise self.fail("E110", message, name, hint or None)
@@ -248,12 +263,26 @@ class AtomChecker(ExpressionChecker):
         return f"write `{'!' if found[1] == '!=' else ''}{machine}@{found[2]}`" if found and state else None
 
     def unknown(self, node: syntax.Path, enumerators: tuple[str, ...] = ()) -> DiagnosticError:
-        near = [*self.properties.whiteboard, *enumerators, *self.scope.enumerators, "cycle", *self.properties.machines]
+        near = [*self.visible(), *enumerators, *self.scope.enumerators, "cycle", *self.properties.machines]
         name = node.name.text
-        owners = [f"{m}.{name}" for m, view in self.properties.machines.items() if name in view.variables]
+        views = self.properties.machines.items()
+        owners = [f"{m}.{name}" for m, view in views if name in view.variables or name in view.knowledge]
         hint = f"write {' or '.join(f'`{o}`' for o in owners[:3])}" if owners else None
         hint = hint or self.state_meant(name) or word_meant(name, near, PROPERTY_WORDS) or did_you_mean(name, near)
         return self.fail("E110", f"there is no variable `{name}` on the whiteboard", node.name, hint)
+
+    def known(
+        self, entry: typed.LetIn, node: syntax.Path, steps: tuple[syntax.Member | syntax.Subscript, ...]
+    ) -> typed.Expression:
+        for part in nodes(entry):
+            refused = _refused(part)
+            if refused is not None:
+                code, why = refused
+                assert isinstance(part, typed.Binary | typed.Unary | typed.Index | typed.Lookup)
+                notes = (f"an input of `{self.span(node).text}` is `{part.span.text}`, at {part.span}",)
+                hint = "calculate it in a variable, and give the theory that"
+                raise DiagnosticError(Diagnostic(code, why, self.span(node), notes, hint))
+        return super().known(entry, node, steps)
 
     def index(self, node: syntax.Expression, size: int, what: str = "array") -> typed.Expression:
         index = super().index(node, size, what)
@@ -374,6 +403,20 @@ class AtomChecker(ExpressionChecker):
             message = f"state `{name.text}` of `{machine.name}` has no transition number {int(number)}"
             raise self.fail("E146", message, number_node, hint)
         return typed.Observe("fired", machine.name, state, int(number), BOOL, self.span(node))
+
+
+def _refused(part: object) -> tuple[str, str] | None:
+    """The code and the message where a part of what a theory is told cannot stand in a property."""
+    match part:
+        case typed.Lookup(index=index) | typed.Index(value=index) if evaluate(index) is None:
+            return "E144", "an index in a property must be a constant"
+        case typed.Binary("div" | "mod") if evaluate(part.right) is None:
+            return "E143", "a property may divide only by a constant"
+        case typed.Binary("band" | "bor" | "bxor" | "shl" | "shr") | typed.Unary("bnot"):
+            return "E145", "a property has no bit operations"
+        case typed.Unary("sqrt"):
+            return "E145", "a property cannot use `sqrt`"
+    return None
 
 
 def check_atom(fragment: Fragment, scope: PropertyScope) -> typed.Expression:

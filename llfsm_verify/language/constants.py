@@ -34,6 +34,8 @@ def evaluate(e: typed.Expression) -> Number | None:
         case typed.Conditional():
             condition, then, otherwise = evaluate(e.condition), evaluate(e.then), evaluate(e.otherwise)
             return None if condition is None else then if condition else otherwise
+        case typed.LetIn():
+            return evaluate(e.value)  # what is defined is not looked into
     return None
 
 
@@ -101,7 +103,7 @@ def interval(e: typed.Expression) -> Interval:
             return value, value
         case typed.Read() | typed.ReadLocal() | typed.Sampled():
             return _declared(e.type)
-        case typed.Lookup():
+        case typed.Lookup() | typed.LetIn():
             return _declared(e.type)
         case typed.Choose():
             return _natural(e.low, e.type), _natural(e.high, e.type)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from dataclasses import replace
 from fractions import Fraction
 from typing import Literal as OneOf
 from typing import cast
@@ -27,6 +28,7 @@ from llfsm_verify.language.scope import (
     did_you_mean,
     near_names,
 )
+from llfsm_verify.language.trees import nodes
 from llfsm_verify.language.types import (
     MAX_DIGITS,
     ArrayType,
@@ -94,7 +96,7 @@ class ExpressionChecker:
     def visible(self) -> list[str]:
         """Names of the variables and constants that can be read here."""
         inner = [name for block in reversed(self.locals) for name in block]
-        return [*inner, *self.scope.variables, *self.scope.constants]
+        return [*inner, *self.scope.variables, *self.scope.constants, *self.scope.knowledge]
 
     def assignable(self) -> list[str]:
         """Names of the variables that can be written here."""
@@ -508,9 +510,9 @@ class ExpressionChecker:
 
     def is_value(self, name: syntax.Name) -> bool:
         """Whether a bare name is a variable or constant (else it can only be an enumerator)."""
-        return (
-            self.local(name.text) is not None or name.text in self.scope.variables or name.text in self.scope.constants
-        )
+        scope, text = self.scope, name.text
+        known = text in scope.variables or text in scope.constants or text in scope.knowledge
+        return known or self.local(text) is not None
 
     # ------------------------------------------------------------ names
 
@@ -530,11 +532,24 @@ class ExpressionChecker:
             if node.steps:
                 raise self.no_such_step(node.steps[0], constant.type)
             return typed.Literal(constant.value, constant.type, self.span(node))
+        if name in self.scope.knowledge:
+            return self.known(self.scope.knowledge[name], node, node.steps)
         if name in self.scope.tables:
             return self._lookup(self.scope.tables[name], node)
         if name == ALL_DONE and not node.steps:
             return self._all_done(node)
         return self.enumerator(node, expected)
+
+    def known(
+        self, entry: typed.LetIn, node: syntax.Path, steps: tuple[syntax.Member | syntax.Subscript, ...]
+    ) -> typed.Expression:
+        """What a theory says here."""
+        if steps:
+            raise self.no_such_step(steps[0], BOOL)
+        if self.scope.surroundings and any(isinstance(n, typed.AtState | typed.Query) for n in nodes(entry)):
+            message, hint = NO_MACHINES
+            raise self.fail("E156", message, node, hint)
+        return replace(entry, span=self.span(node))
 
     def _lookup(self, table: Table, node: syntax.Path) -> typed.Expression:
         if not node.steps or not isinstance(node.steps[0], syntax.Subscript):

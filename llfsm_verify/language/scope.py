@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from llfsm_verify.diagnostics import Span
-from llfsm_verify.language.typed import Variable
+from llfsm_verify.language.typed import LetIn, Variable
 from llfsm_verify.language.types import DecimalType, EnumType, RangeType, ScalarType, Type
 
 IMPLICIT_SUSPEND = "__suspend"
@@ -111,6 +111,8 @@ class Scope:
     unseen: tuple[str, ...] = ()
     """The models of the surroundings, which machines do not see."""
     tables: Mapping[str, Table] = field(default_factory=dict)
+    knowledge: Mapping[str, LetIn] = field(default_factory=dict)
+    """What theories say, by the names it has here; the same place stands for all of an entry."""
     integer_guards: bool = False
     """Read an integer where a bool is expected as `!= 0` (texts of other tools that follow C)."""
 

@@ -192,6 +192,8 @@ class ActionChecker(ExpressionChecker):
             raise self.fail("E127", f"`{name}` is a constant and cannot be changed", node)
         if bound is None and name in self.scope.tables and name not in self.scope.variables:
             raise self.fail("E127", f"`{name}` is a table and cannot be changed", node)
+        if bound is None and name in self.scope.knowledge:
+            raise self.fail("E127", f"`{name}` is what a theory says and cannot be changed", node)
         if not self.is_value(node.name):
             raise self.no_variable(node, self.assignable())
         target = self.path(node, None)

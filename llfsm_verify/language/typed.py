@@ -130,6 +130,17 @@ class Conditional:
 
 
 @dataclass(frozen=True, slots=True)
+class LetIn:
+    """`value`, after each of `definitions` in their order: all are evaluated, and each once. `value` and later
+    definitions read them as locals."""
+
+    definitions: tuple[tuple[Local, Expression], ...]
+    value: Expression
+    type: ScalarType
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class Lookup:
     """`t[i]`: the number at place `index` of a table, in the steps of its type."""
 
@@ -248,6 +259,7 @@ Expression = (
     | Unary
     | Binary
     | Conditional
+    | LetIn
     | Lookup
     | After
     | Choose

@@ -12,6 +12,8 @@ from llfsm_verify.language import syntax
 from llfsm_verify.language.atoms import EDGES, OBSERVATIONS, PropertyScope, check_atom
 from llfsm_verify.language.parser import parse_guard
 from llfsm_verify.language.scope import RESERVED
+from llfsm_verify.language.trees import of_kind
+from llfsm_verify.language.typed import Read
 from llfsm_verify.language.types import ArrayType, DecimalType, RecordType, Type, decimal_text
 from llfsm_verify.monitoring.codes import NOT_THERE, UNREADABLE, UNTYPED
 
@@ -142,8 +144,17 @@ class _Reader:
                 edit = _Edit(node.start, node.end, "")
                 self._sampled.setdefault(fragment.text[node.start : node.end], []).append((key, edit))
                 self._note_type(node, fragment)
+        elif name in scope.knowledge and self._samples_again(name):
+            raise self._unreadable(node, fragment)
         if node.name.quoted:
             edits.append(_unquoted(node.name))
+
+    def _samples_again(self, name: str) -> bool:
+        """What the theory is told is read beside what the atoms read: it may be another value."""
+        assert self._scope is not None
+        assert self._arrangement is not None
+        read = {r.variable.name for r in of_kind(self._scope.knowledge[name], Read)}
+        return self._arrangement.profile.snapshot == "none" and not read.isdisjoint(self._inputs)
 
     def _observation(self, node: syntax.Path, what: str, fragment: Fragment, edits: list[_Edit]) -> None:
         if what != "suspended" or len(node.steps) != 1:

@@ -26,6 +26,7 @@ from llfsm_verify.arrangement.codes import CODES as ARRANGEMENT
 from llfsm_verify.arrangement.suppressions import CODES as LINT
 from llfsm_verify.engines.explicit.checkpoints import CODES as CHECKPOINTS
 from llfsm_verify.guarding.codes import CODES as GUARDS
+from llfsm_verify.knowledge.codes import CODES as THEORIES
 from llfsm_verify.kripke.export.formats import CODES as STRUCTURES
 from llfsm_verify.language.codes import CODES as LANGUAGE
 from llfsm_verify.logic.codes import MEANINGS as PROPERTIES
@@ -33,7 +34,6 @@ from llfsm_verify.monitoring.codes import CODES as MONITORS
 from llfsm_verify.registry import Registry, Unusable
 from llfsm_verify.report.drawing import CODES as DRAWINGS
 from llfsm_verify.report.timeline import CODES as TIMELINES
-from llfsm_verify.runtime.deciding.logs import CODES as LOGS
 from llfsm_verify.runtime.live import CODES as RUNS
 from llfsm_verify.runtime.ports import CODES as PORTS
 from llfsm_verify.runtime.recording import CODES as RECORDINGS
@@ -62,9 +62,6 @@ FILES = {
     "E452": "Invariants cannot be written or read there.",
     "E453": "A file is not a file of invariants, or is one of another version.",
     "E454": "Invariants would replace a file that is an input of the check.",
-    "E460": "A new project would overwrite files.",
-    "E461": "The name of a new project is not a valid name.",
-    "E462": "A new project cannot be written there.",
     "E463": "A value of a trace file cannot be rewritten, because it has an anchor.",
     "E464": "A package that the command needs is not installed.",
     "W401": "A trace has been saved that is too long to be read again.",
@@ -108,7 +105,6 @@ MENDS = {
     "E436": "Leave out --set and --suspend, or bound the waiting, such as `F[0:100] p`.",
     "E450": _ELSEWHERE,
     "E452": _ELSEWHERE,
-    "E462": "Name a new folder in a folder that is there and can be written.",
     "E487": _ELSEWHERE,
     "E490": _ELSEWHERE,
     "F001": f"Guard the statement, or declare a wider range. {_SHOWN}",
@@ -126,13 +122,14 @@ MENDS = {
 SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("Arrangements and machines", ARRANGEMENT),
     ("Guards, actions and atoms of properties", {**LANGUAGE, **LOWERING}),
+    ("Theories of plausible logic", THEORIES),
     ("Properties", PROPERTIES),
     ("Traces, drawings and inputs", FILES),
     ("Kripke structures and models for other checkers", STRUCTURES),
     ("Monitors", MONITORS),
     ("Guards", GUARDS),
     ("Tests with random runs", TESTING),
-    ("Runs and recordings", {**RECORDINGS, **RUNS, **TIMELINES, **PORTS, **LOGS, **AUDIT, **TARGETS}),
+    ("Runs and recordings", {**RECORDINGS, **RUNS, **TIMELINES, **PORTS, **AUDIT, **TARGETS}),
     ("Coverage and test vectors", COVERAGE),
     ("Faults of a run", FAULTS),
     ("Findings of `llfsm lint`", LINT),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement, Machine
 from llfsm_verify.diagnostics import Span
-from llfsm_verify.program.program import Block, Choice, FaultSite, Int, Origin, Type, Var
+from llfsm_verify.program.program import Block, Choice, Expr, FaultSite, Int, Origin, Type, Var
 from llfsm_verify.semantics.vocabulary import Control, InputScalar, Samples
 
 if TYPE_CHECKING:
@@ -44,6 +44,8 @@ class Context:
     """What atoms ask about samples."""
     edges: list[Block] = field(default_factory=list)
     """What a letter does to tell how it differs from the one before, inner ones first."""
+    defined: dict[str, Expr] = field(default_factory=dict)
+    """What the definitions of the formula that is lowered now are."""
     entered: frozenset[str] = frozenset()
     """The machines whose entered flag atoms ask for, so that it stays as it is."""
     _reads: int = 0

@@ -11,6 +11,7 @@ from typing import Literal as OneOf
 
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language import types as lt
+from llfsm_verify.language.trees import nodes
 from llfsm_verify.language.typed import (
     After,
     AtState,
@@ -19,6 +20,7 @@ from llfsm_verify.language.typed import (
     Conditional,
     Expression,
     Field,
+    LetIn,
     Literal,
     Lookup,
     Query,
@@ -222,6 +224,8 @@ class Code:
             return self._binary(e)
         if isinstance(e, Conditional):
             return self._conditional(e)
+        if isinstance(e, LetIn):
+            return self._let_in(e)
         if isinstance(e, Lookup):
             return self._lookup(e)
         if isinstance(e, After):
@@ -318,6 +322,25 @@ class Code:
         result = self.temporary(choose(condition, then, otherwise).type)
         self.out.append(If(condition, (*first.out, Let(result, then)), (*second.out, Let(result, otherwise))))
         return result
+
+    def _let_in(self, e: LetIn) -> Expr:
+        """For probes it is one condition. Of the parts that are told there are only those that read something."""
+        parts, probes = self.context.parts, self.context.probes
+        is_open, muted = parts is not None and parts.open, probes is not None and probes.muted
+        if probes is not None:
+            probes.muted = True
+        for local, defined in e.definitions:
+            if parts is not None:
+                parts.open = is_open and any(isinstance(n, (Read, AtState, Query)) for n in nodes(defined))
+            self.locals[local.key] = self.let(self.expr(defined))
+        if parts is not None:
+            parts.open = False
+        value = self.expr(e.value)
+        if parts is not None:
+            parts.open = is_open
+        if probes is not None:
+            probes.muted = muted
+        return value
 
     def _lookup(self, e: Lookup) -> Expr:
         size = len(e.values)

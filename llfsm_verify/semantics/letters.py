@@ -16,10 +16,12 @@ from llfsm_verify.language.typed import (
     Expression,
     Field,
     Index,
+    LetIn,
     Literal,
     Observe,
     Query,
     Read,
+    ReadLocal,
     Sampled,
     Sampling,
     Unary,
@@ -182,6 +184,12 @@ def _formula(context: Context, e: Expression, samples: Samples | None) -> Expr:
     if isinstance(e, Conditional):
         condition = formula(context, e.condition, samples)
         return choose(condition, *sides(e, formula(context, e.then, samples), formula(context, e.otherwise, samples)))
+    if isinstance(e, LetIn):
+        for local, defined in e.definitions:
+            context.defined[local.key] = formula(context, defined, samples)
+        return formula(context, e.value, samples)
+    if isinstance(e, ReadLocal):
+        return context.defined[e.local.key]
     if isinstance(e, AtState):
         return at_state(context, e.machine, e.state)
     if isinstance(e, Query):

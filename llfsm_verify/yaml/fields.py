@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from fractions import Fraction
 from typing import TypeVar
 
@@ -36,6 +36,12 @@ class Report:
 
     def add(self, e: DiagnosticError) -> None:
         self.diagnostics += e.diagnostics
+
+    def keep(self, diagnostics: Iterable[Diagnostic], broken: Collection[str]) -> None:
+        """Add them, but not that a name is unknown whose declaration is wrong."""
+        for d in diagnostics:
+            if d.code not in ("E110", "E111") or d.span is None or d.span.text not in broken:
+                self.diagnostics.append(d)
 
     def mapping(self, node: Node, what: str) -> Mapping | None:
         if isinstance(node, Mapping):

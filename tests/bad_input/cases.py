@@ -123,6 +123,19 @@ def REQUEST(keys: str, timing: str = "cycle_ms: 100") -> str:  # noqa: N802
     )
 
 
+def TOLD(inputs: str, output: str = "") -> str:  # noqa: N802
+    """The theory of the microwave, and what it is told."""
+    return f"models/microwave/MicrowaveCook.d, inputs: {{{inputs}}}" + (f", output: {output}" if output else "")
+
+
+TOLD_ALL = TOLD("timeLeft: car, doorOpen: n > 0")
+
+
+def COOK(theory: str = TOLD_ALL, name: str = "cook", action: str = "", guard: str = "true") -> str:  # noqa: N802
+    """An arrangement that asks a theory, which is relative to the root of the project."""
+    return f"knowledge: {{{name}: {{file: {theory}}}}}\n" + FRAMED(guard, action)
+
+
 @dataclass(frozen=True, slots=True)
 class Case:
     reason: str
@@ -722,6 +735,26 @@ CASES: tuple[Case, ...] = (
     Case("a number with a suffix at the beginning", GUARD("§10u > n"), "E134"),
     Case("a decimal number with a suffix", GUARD("n > §1.5u"), "E134"),
     Case("an octal number", GUARD("n > §010"), "E134"),
+    # ---------------------------------------------------------------- theories
+    Case("a theory that is nowhere", COOK("§nowhere.d"), "E001"),
+    Case("a theory that is something else", COOK("§pyproject.toml"), "E019"),
+    Case("an entry without a theory", TOP("knowledge: {cook: §{inputs: {}}}"), "E034"),
+    Case("an entry that is a file", TOP("knowledge: {cook: §MicrowaveCook.d}"), "E030"),
+    Case("an input that the theory does not have", COOK(TOLD("timeLeft: car, §doorOpn: car, doorOpen: n > 0")), "E166"),
+    Case("an output that the theory does not have", COOK(TOLD("timeLeft: car, doorOpen: n > 0", "§cok")), "E166"),
+    Case("an input that is told nothing", COOK(TOLD("timeLeft: car"), "§cook"), "E167"),
+    Case("an input that is an integer", COOK(TOLD("timeLeft: §n, doorOpen: n > 0")), "E120"),
+    Case("an input of an unknown variable", COOK(TOLD("timeLeft: §cat, doorOpen: n > 0")), "E110"),
+    Case("an input that asks for the time", COOK(TOLD("timeLeft: §after(3), doorOpen: n > 0")), "E168"),
+    Case("an input that asks for itself", COOK(TOLD("timeLeft: §cook, doorOpen: n > 0")), "E110"),
+    Case("an input that asks for its own state", COOK(TOLD("timeLeft: §self@A, doorOpen: n > 0")), "E111"),
+    Case("an entry with the name of a variable", COOK(TOLD("timeLeft: car, doorOpen: n > 0"), "§car"), "E118"),
+    Case("an entry with the name of a machine", COOK(TOLD("timeLeft: car, doorOpen: n > 0"), "§m"), "E118"),
+    Case("an entry with the name of a word", COOK(TOLD("timeLeft: car, doorOpen: n > 0"), "§cycle"), "E119"),
+    Case("a local variable with the name of an entry", COOK(action="bool §cook = true;"), "E118"),
+    Case("what a theory says, written", COOK(action="§cook = true;"), "E127"),
+    Case("a part of what a theory says", COOK(guard="cook§.x"), "E125"),
+    Case("an entry that is spelt wrong", COOK(guard="§cok"), "E110"),
     # ---------------------------------------------------------------- statements
     Case("a loop downwards", ACTION("for (int i = 3; §i >= 0; i--) n = i;"), "E135"),
     Case("a loop by two", ACTION("for (int i = 0; i < 4; §i += 2) n = i;"), "E135"),

@@ -7,11 +7,13 @@ from pathlib import Path
 
 from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
+from llfsm_verify.knowledge.reading import read_theory
 from llfsm_verify.language.atoms import PropertyScope, check_atom
 from llfsm_verify.logic.properties import FEATURES, PLAIN, parse_properties
 from llfsm_verify.logic.syntaxes import parse_in
 from tests.bad_input.cases import CASES
 from tests.bad_input.property_cases import BOARD_OF_PROPERTIES, PROPERTY_CASES
+from tests.knowledge.wrong import WRONG as THEORIES_WRONG
 from tests.logic.wrong import PATTERNS_WRONG, REGULAR_WRONG, SYNTAXES_WRONG
 
 KEPT = Path(__file__).with_name("messages.txt")
@@ -37,6 +39,8 @@ def wrong() -> Iterator[tuple[str, Sequence[Diagnostic]]]:
     for case in PROPERTY_CASES:
         whole = Fragment.whole(Source("wrong.ltl", case.text.replace("§", "")))
         yield f"in a property: {case.reason}", _said(check_atom, whole, scope)
+    for theory in THEORIES_WRONG:
+        yield f"in a theory: {theory.reason}", _said(read_theory, Source("wrong.d", theory.text.replace("§", "")))
     for path in sorted(PROPERTIES.glob("*.ltl")):
         source = Source(path.name, path.read_text(encoding="utf-8"))
         yield path.name, _said(parse_properties, [source], features=PLAIN)

@@ -29,6 +29,7 @@ PRINTED = re.compile(r"^(?![ │|]).*?\b(?:error|warning|note)\[([A-Z]\d{3})\]: 
 """A diagnostic: its line, and those below that are indented."""
 RECORD = "llfsm run a.yaml --rate 0 --for 1s --set go=true --record lamp.rec"
 HEATER = does("heat = not warm;", "warm: {type: bool, role: input}, heat: {type: bool, role: output}")
+HEATS = "warm: {type: bool, role: input}, out: {type: bool, role: output}"
 GUARD = "llfsm guard a.yaml -p 'G (warm -> !heat)' --fallback heat=false --no-proof -o guarded"
 DOUBLED = "".join(f"define p{i + 1}: p{i} && X p{i}\n" for i in range(20))
 RING = "llfsm verify ring.yaml --keep-all-bits --max-states 9000"
@@ -54,19 +55,17 @@ def _lint(files: dict[str, str]) -> Provoked:
     return Provoked(("llfsm lint a.yaml",), files)
 
 
+def _theory(rules: str) -> Provoked:
+    files = does("out = heat;", HEATS, "knowledge: {heat: {file: Heat.d}}\n")
+    return _lint({**files, "Heat.d": f'input {{warm}}.\n{rules}\noutput {{b heat, "heat"}}.\n'})
+
+
 def _fault(files: dict[str, str]) -> Provoked:
     return Provoked(("llfsm verify a.yaml --engine explicit",), files)
 
 
 def _rule(text: str, files: Mapping[str, str] = LAMP) -> Provoked:
     return Provoked(("llfsm verify a.yaml p.ltl",), {**files, "p.ltl": f"{text}\n"})
-
-
-def _logged(columns: str, asked: str = "m@ON") -> Provoked:
-    """A log of others, with a mapping of these columns beside that of the machine."""
-    command = f"llfsm check-recording log.csv --arrangement a.yaml --mapping mapping.yaml -p 'F {asked}'"
-    mapping = f"time: t\ncolumns:\n  m: {{column: lamp, values: {{0: OFF, 1: ON}}}}\n{columns}"
-    return Provoked((command,), {**LAMP, "log.csv": "t,button,lamp\n0,1,0\n0.1,0,1\n", "mapping.yaml": mapping})
 
 
 FILE = {"a.yaml": "machines: {m: {file: m.machine.yaml}}\nschedule: [m]\n"}
@@ -184,11 +183,6 @@ PROVOKED: dict[str, Provoked] = {
     "E452": Provoked((f"{INVARIANTS} --save-invariants no/such/folder/lamp.json",), LAMP),
     "E453": Provoked(("llfsm verify a.yaml --check-invariants lamp.json",), {**LAMP, "lamp.json": "proved\n"}),
     "E454": Provoked((f"{INVARIANTS} --save-invariants a.yaml",), LAMP),
-    "E460": Provoked(
-        ("llfsm init crossing", "llfsm init crossing"),
-    ),
-    "E461": Provoked(("llfsm init crossing --name 'my crossing'",)),
-    "E462": Provoked(("llfsm init a.yaml/crossing",), LAMP),
     "E463": Provoked(
         (
             SAVE,
@@ -248,9 +242,6 @@ PROVOKED: dict[str, Provoked] = {
             "a.ports.yaml": "ports: {knob: {kind: stream, read: knob, inputs: [gain], on_failure: stale}}\n",
         },
     ),
-    "E496": _logged("  stop: {column: button}\n"),
-    "E497": _logged("  go: {column: button, values: {yes: true, no: false}}\n"),
-    "E498": _logged("", "m.ran"),
     "E500": Provoked(("llfsm audit verify no/such/folder/lamp.log",)),
     "E502": Provoked(("ulimit -n 24; llfsm run a.yaml --whiteboard lamp",), LAMP),
     "E501": Provoked(("llfsm audit verify lamp.log",), {"lamp.log": "mine\n"}),
@@ -434,6 +425,8 @@ schedule: [a, b]
         }
     ),
     "W002": _lint(does("if (n < 16) lamp = true;", "n: {type: 0..9, role: input}, lamp: {type: bool, role: output}")),
+    "W004": _theory("warm => heat."),
+    "W005": _theory("warm -> heat. {} -> ~heat."),
     "W003": Provoked(("llfsm monitor 'G env@S' --arrangement a.yaml --as table",), model("go = choose(bool);", GO)),
     "W301": Provoked(("llfsm monitor 'G (go -> X[12] m@ON)' --arrangement a.yaml --as machine",), LAMP),
     "W302": _rule("x: go -> F m@ON"),

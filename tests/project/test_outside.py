@@ -200,13 +200,21 @@ def test_a_group_is_got_by_one_call_of_apt_get(bare, monkeypatch, capsys):
     assert said.endswith("with LLFSM_REQUIRE_ORACLES=mosquitto\n") and "spin" not in said
 
 
-def test_a_group_without_oracles_says_so_and_an_unknown_one_lists_all(capsys):
+def test_a_group_without_oracles_says_so_and_an_unknown_one_lists_all(capsys, monkeypatch):
+    monkeypatch.setitem(oracles.GROUPS, "knowledge", ())
     oracles.main(["--group", "knowledge"])
     assert capsys.readouterr().out == "knowledge: no oracle is in this group yet\n\n"
     with pytest.raises(SystemExit, match="2"):
         oracles.main(["--group", "robot"])
     said = capsys.readouterr().err
     assert "invalid choice: 'robot'" in said and all(group in said for group in oracles.GROUPS)
+
+
+def test_prolog_is_a_program_of_debian_and_a_module_of_another_group_is_not_of_the_core(bare):
+    assert oracles.find("swipl") is None and "apt-get install swi-prolog-nox" in oracles.provide("knowledge")["swipl"]
+    here = program(bare[0], "swipl")
+    assert oracles.find("swipl") == str(here)
+    assert not {"swipl", "tiny-datalog"} & set(oracles.GROUPS["core"])
 
 
 def test_every_oracle_is_in_one_group():

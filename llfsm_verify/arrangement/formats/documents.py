@@ -17,6 +17,7 @@ from llfsm_verify.arrangement.draft import (
     ArrangementDraft,
     Entry,
     InstanceDraft,
+    KnowledgeDraft,
     Lint,
     MachineDraft,
     ParameterDraft,
@@ -33,6 +34,7 @@ from llfsm_verify.arrangement.keys import (
     ARRANGEMENT,
     ENVIRONMENT,
     INSTANCE,
+    KNOWLEDGE,
     MACHINE,
     PARAMETER,
     POLICY_FILE,
@@ -64,6 +66,7 @@ def draft_arrangement(reading: Reading, root: Node, name: str) -> ArrangementDra
         types=_entries(reading, fields.get("types"), "`types`"),
         tables=_entries(reading, fields.get("tables"), "`tables`"),
         whiteboard=_whiteboard(reading, fields.get("whiteboard")),
+        knowledge=_knowledge(reading, fields.get("knowledge")),
         machines=_instances(reading, fields.get("machines"), top),
         processes=_processes(reading, fields) if "machines" in fields else UNREADABLE,
         lint=_lint(fields, root),
@@ -73,7 +76,7 @@ def draft_arrangement(reading: Reading, root: Node, name: str) -> ArrangementDra
     )
 
 
-def draft_machine(report: Report, root: Node) -> MachineDraft | Unreadable:
+def draft_machine(report: Reading, root: Node) -> MachineDraft | Unreadable:
     """The machine that the document `root` describes."""
     if not report.can_read(root, "the machine"):
         return UNREADABLE
@@ -84,6 +87,7 @@ def draft_machine(report: Report, root: Node) -> MachineDraft | Unreadable:
         name=fields["machine"],
         parameters=_parameters(report, fields.get("parameters")),
         variables=_variables(report, fields.get("variables")),
+        knowledge=_knowledge(report, fields.get("knowledge")),
         states=_states(report, fields["states"]),
         states_at=mark(fields["states"]),
         lint=_lint(fields, root),
@@ -104,6 +108,24 @@ def _as_written(draft: type, fields: dict[str, Node]) -> dict[str, Any]:
 def _entries(report: Report, node: Node | None, what: str) -> tuple[Entry, ...]:
     mapping = None if node is None else report.mapping(node, what)
     return mapping.items if mapping else ()
+
+
+def _knowledge(reading: Reading, node: Node | None) -> tuple[KnowledgeDraft, ...]:
+    return tuple(_entry(reading, key, value) for key, value in _entries(reading, node, "`knowledge`"))
+
+
+def _entry(reading: Reading, key: Scalar, node: Node) -> KnowledgeDraft:
+    what = f"knowledge `{key.text[:60]}`"
+    if isinstance(node, Scalar) and node.text.strip():
+        hint = f"write `{key.text[:60]}: {{file: {node.text[:60]}}}`"
+        reading.error("E030", f"{what} must be a mapping", mark(node), hint)
+        return KnowledgeDraft(key, UNREADABLE)
+    fields = reading.fields(node, what, KNOWLEDGE.keys, KNOWLEDGE.required)
+    file = None if fields is None else reading.scalar(fields["file"], "`file`")
+    if fields is None or file is None:
+        return KnowledgeDraft(key, UNREADABLE)
+    inputs = _entries(reading, fields.get("inputs"), "`inputs`")
+    return KnowledgeDraft(key, reading.theory(file), file, inputs, **_as_written(KnowledgeDraft, fields))
 
 
 # ---------------------------------------------------------------- arrangements

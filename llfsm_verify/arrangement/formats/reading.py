@@ -10,14 +10,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from llfsm_verify.arrangement.draft import ArrangementDraft, Draft, MachineDraft, Unreadable
+from llfsm_verify.arrangement.draft import UNREADABLE, ArrangementDraft, Draft, MachineDraft, Unreadable
 from llfsm_verify.arrangement.files import read_named, read_source, read_stdin, source_of
 from llfsm_verify.arrangement.formats import USUAL, Given
 from llfsm_verify.arrangement.keys import VOCABULARY
-from llfsm_verify.diagnostics import Diagnostic, Source
+from llfsm_verify.arrangement.kinds import may_be_shown, unlike
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.registry import Entry, Registry
 from llfsm_verify.yaml.fields import Report
-from llfsm_verify.yaml.nodes import Node, Scalar, written
+from llfsm_verify.yaml.nodes import Node, Scalar, mark, written
 
 
 class Reading(Report):
@@ -32,6 +33,9 @@ class Reading(Report):
         self._digest = hashlib.sha256()
         self._machines: dict[str, MachineDraft | Unreadable] = {}
         self._policies: list[Path] = []
+        self._theories: dict[str, Source | Unreadable] = {}
+        self.known: Mapping[str, Source] | None = None
+        """The only theories that there are, by their paths; None: files are read."""
 
     def add_source(self, source: Source, data: bytes) -> None:
         """A text that is read now, and the bytes that the arrangement's digest has of it."""
@@ -62,6 +66,27 @@ class Reading(Report):
         self._policies.append(self.folder / at.text)
         return read_policy(self, self._policies[-1], at)
 
+    def theory(self, at: Scalar) -> Source | Unreadable:
+        """The text of the theory in the file that `at` names; its path is relative to the text in which it stands."""
+        path = (Path(at.span.source.name).parent if self.known is None else self.folder) / at.text
+        if str(path) not in self._theories:
+            self._theories[str(path)] = self._read_theory(path, at)
+        return self._theories[str(path)]
+
+    def _read_theory(self, path: Path, at: Scalar) -> Source | Unreadable:
+        if self.known is not None:
+            if str(path) not in self.known:
+                hint = "a machine that is loaded into a run has the theories that the run began with"
+                self.error("E001", f"theory `{at.text[:200]}`: the run has no such file", mark(at), hint)
+                return UNREADABLE
+            return self.known[str(path)]
+        source = named_source(self, path, at, "theory")
+        if source is not None and may_be_shown(source, "theory"):
+            return source
+        if source is not None:
+            self.diagnostics.append(unlike("theory", at.text, mark(at)))
+        return UNREADABLE
+
     def added(self, draft: Draft, arrangement: ArrangementDraft) -> Draft:
         """The draft with this arrangement in its place, and with what was read for that."""
         sources, diagnostics = (*draft.sources, *self.sources), (*draft.diagnostics, *self.diagnostics)
@@ -74,7 +99,7 @@ class Reading(Report):
             path,
             self._digest.hexdigest(),
             tuple(self.sources),
-            (*map(Path, self._machines), *self._policies),
+            (*map(Path, self._machines), *self._policies, *map(Path, self._theories)),
             tuple(self.diagnostics),
             instead,
         )
@@ -88,6 +113,21 @@ def opened(given: Given) -> tuple[Source, bytes]:
     if given.named_at is not None:
         return read_named(given.path, given.named_at, f"arrangement `{str(given.path)[:200]}`")
     return read_stdin(given.stdin) if str(given.path) == "-" else read_source(given.path)
+
+
+def named_source(reading: Reading, path: Path, at: Scalar, what: str) -> Source | None:
+    """The text of a file that is named `at` a place, or the text that is given for it; None: it cannot be read."""
+    try:
+        if str(path) in reading.files:
+            data = reading.files[str(path)].encode("utf-8", "surrogatepass")
+            source = source_of(data, str(path))
+        else:
+            source, data = read_named(path, mark(at), f"{what} file `{at.text[:200]}`")
+    except DiagnosticError as e:
+        reading.add(e)
+        return None
+    reading.add_source(source, data)
+    return source
 
 
 MACHINES: Registry[Callable[[Reading, Path, Scalar], MachineDraft | Unreadable]] = Registry(

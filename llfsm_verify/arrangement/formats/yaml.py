@@ -6,10 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from llfsm_verify.arrangement.draft import UNREADABLE, Draft, MachineDraft, Unreadable
-from llfsm_verify.arrangement.files import read_named, source_of
 from llfsm_verify.arrangement.formats import ARRANGEMENTS, Given
 from llfsm_verify.arrangement.formats.documents import draft_arrangement, draft_machine
-from llfsm_verify.arrangement.formats.reading import Reading, opened
+from llfsm_verify.arrangement.formats.reading import Reading, named_source, opened
 from llfsm_verify.arrangement.keys import VOCABULARY
 from llfsm_verify.arrangement.kinds import may_be_shown, other_kind, unlike
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
@@ -40,7 +39,7 @@ def read_arrangement(given: Given) -> Draft:
 
 def read_machine(reading: Reading, path: Path, at: Scalar) -> MachineDraft | Unreadable:
     """The draft of the machine in the file at `path`, which is named `at` a place."""
-    source = _named_source(reading, path, at, "machine")
+    source = named_source(reading, path, at, "machine")
     if source is None:
         return UNREADABLE
     other = other_kind(source, "machine")
@@ -50,7 +49,7 @@ def read_machine(reading: Reading, path: Path, at: Scalar) -> MachineDraft | Unr
 
 def read_policy(reading: Reading, path: Path, at: Scalar) -> Node | None:
     """What the policy in the file at `path` says, which is named `at` a place; None: it cannot be read."""
-    source = _named_source(reading, path, at, "policy")
+    source = named_source(reading, path, at, "policy")
     if source is None:
         return None
     if not may_be_shown(source, "policy"):
@@ -68,21 +67,6 @@ def read_policy(reading: Reading, path: Path, at: Scalar) -> Node | None:
     if isinstance(root, Mapping):
         root = replace(root, items=tuple(item for item in root.items if item[0].text != VERSION))
     return root
-
-
-def _named_source(reading: Reading, path: Path, at: Scalar, what: str) -> Source | None:
-    """The text of a file that is named `at` a place, or the text that is given for it; None: it cannot be read."""
-    try:
-        if str(path) in reading.files:
-            data = reading.files[str(path)].encode("utf-8", "surrogatepass")
-            source = source_of(data, str(path))
-        else:
-            source, data = read_named(path, mark(at), f"{what} file `{at.text[:200]}`")
-    except DiagnosticError as e:
-        reading.add(e)
-        return None
-    reading.add_source(source, data)
-    return source
 
 
 def _machine_in(

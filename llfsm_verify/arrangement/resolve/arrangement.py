@@ -41,6 +41,7 @@ from llfsm_verify.arrangement.resolve.access import check_access, check_replacea
 from llfsm_verify.arrangement.resolve.constant_comparisons import constant_comparisons
 from llfsm_verify.arrangement.resolve.initial import resolve_tables
 from llfsm_verify.arrangement.resolve.instance import InstanceChecker, InstanceText
+from llfsm_verify.arrangement.resolve.knowledge import check_knowledge, parse_knowledge
 from llfsm_verify.arrangement.resolve.machine import MachineResolver, MachineText
 from llfsm_verify.arrangement.resolve.nesting import nest
 from llfsm_verify.arrangement.resolve.processes import resolve_processes, resolve_surroundings
@@ -51,7 +52,7 @@ from llfsm_verify.arrangement.suppressions import resolve_suppressions
 from llfsm_verify.collector import paused_collector
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
 from llfsm_verify.kept import fingerprint, installation, kept_or_computed
-from llfsm_verify.language.scope import Scope, enumerators_of
+from llfsm_verify.language.scope import STEP_WORDS, Scope, enumerators_of
 from llfsm_verify.language.types import EnumType
 from llfsm_verify.packing import PackingError, pack
 from llfsm_verify.yaml.fields import Report
@@ -204,6 +205,7 @@ class _Resolver:
             policy_users=tuple(o for o in self.operators if o.kind == POLICY),
             access=self.access,
             declared_types=self.types.declared(),
+            knowledge=self.world.knowledge,
         )
 
     @property
@@ -269,7 +271,8 @@ class _Resolver:
             inputs=frozenset(w.variable.name for w in self.whiteboard if w.role == "input"),
             unseen=tuple(self.plants),
         )
-        broken = frozenset(self.broken)
+        self._know()
+        world, broken = self.world, frozenset(self.broken)
         self.checkers = {n: InstanceChecker(report, world, i, broken) for n, i in self.instances.items()}
         checked = {n: c.check() for n, c in self.checkers.items()}
         pooled = {m for p in self.processes for m in p.pool}
@@ -289,6 +292,23 @@ class _Resolver:
             if name in self.used and any(d.is_error for d in report.diagnostics[:before]):
                 del report.diagnostics[before:]  # it follows from those, and is not in the user's text
         self.surroundings, self.whiteboard = resolve_surroundings(report, models, self.whiteboard, self.used)
+
+    def _know(self) -> None:
+        """What theories say to all machines."""
+        texts, broken = parse_knowledge(self.report, self.draft.knowledge)
+        world, self.broken = self.world, self.broken | broken
+        names = {*world.variables, *world.machines, *world.tables, *world.enumerators, *world.unseen}
+
+        def taken(name: str, span: Span) -> bool:
+            if name in STEP_WORDS:
+                message = f"`{name}` is a word of the property language and cannot be the name of what a theory says"
+                self.report.error("E119", message, span, "choose another name")
+            elif name in names:
+                self.report.error("E118", f"there is already something called `{name}`", span, "choose another name")
+            return name in names or name in STEP_WORDS
+
+        known, broken = check_knowledge(self.report, texts, world, self.broken, taken)
+        self.world, self.broken = replace(world, knowledge=known), self.broken | broken
 
     def _operate(self) -> None:
         """What operators may command, and who may do what."""

@@ -107,6 +107,8 @@ def _parts(root: typed.Expression) -> Iterator[typed.Expression]:
                 stack.append(e.operand)
             case typed.Conditional():
                 stack += (e.otherwise, e.then, e.condition)
+            case typed.LetIn():
+                stack += (defined for _, defined in e.definitions)
             case typed.Lookup():
                 stack.append(e.index)
             case typed.After() if not isinstance(e.bound, Fraction):

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, replace
 from llfsm_verify.arrangement.model import Machine, OnFault, State, Transition
 from llfsm_verify.arrangement.requests import Request
 from llfsm_verify.arrangement.resolve.initial import read_constant, read_value
+from llfsm_verify.arrangement.resolve.knowledge import check_knowledge
 from llfsm_verify.arrangement.resolve.machine import MachineText, ParameterText, StateText, VariableText
 from llfsm_verify.arrangement.resolve.nesting import resolve_runs
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
+from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.language.scope import NO_MACHINES, Constant, MachineSignature, Scope, did_you_mean
 from llfsm_verify.language.statements import check_actions, check_guard
 from llfsm_verify.language.typed import Statement, Variable
@@ -51,6 +52,7 @@ class InstanceChecker:
         self.world = world
         self.variables = dict(world.variables)
         self.constants: dict[str, Constant] = {}
+        self.knowledge = dict(world.knowledge)
         self.machines = {} if instance.surroundings else dict(world.machines)
         self.places: dict[tuple[str, str], Span] = {}
         """Where states name the machines that they run."""
@@ -67,11 +69,15 @@ class InstanceChecker:
         machine_variables = tuple(
             v for v in (self._declare(d, f"{prefix}.{d.name}", scope, "machine") for d in text.variables) if v
         )
+        scope = replace(self._scope(self.variables), chooses=False)
+        own, broken = check_knowledge(self.report, text.knowledge, scope, self.broken, self._knowledge_taken)
+        self.knowledge |= own
+        self.broken |= broken
         states = tuple(self._state(s) for s in text.states)
         return Machine(
             prefix, text.kind, machine_variables, states, text.initial, text.suspend, self.instance.suspended,
             self.instance.span, self.instance.model, on_fault=self.instance.on_fault,
-            request=self.instance.request,
+            request=self.instance.request, knowledge=own,
         )  # fmt: skip
 
     def _scope(self, variables: Mapping[str, Variable]) -> Scope:
@@ -85,6 +91,7 @@ class InstanceChecker:
             self_name=self.instance.name,
             chooses=self.instance.model or self.instance.surroundings,
             surroundings=self.instance.surroundings,
+            knowledge=self.knowledge,
         )
 
     # ------------------------------------------------------------ parameters
@@ -176,6 +183,11 @@ class InstanceChecker:
             owner = self.world.enumerators[name][0]
             self.report.error("E118", f"`{name}` is a value of the enumeration {owner}", span, "choose another name")
             return True
+        if name in self.knowledge:
+            place = self.knowledge[name].span
+            note = (f"it is declared at {place}",)
+            self.report.error("E118", f"there is already `{name}` in `knowledge`", span, "choose another name", note)
+            return True
         earlier = self.variables.get(name)
         if earlier is None and name not in self.constants:
             return False
@@ -184,6 +196,12 @@ class InstanceChecker:
         notes = (f"it is declared at {earlier.span}",) if earlier else ()
         self.report.error("E118", f"there is already {what}", span, "choose another name", notes)
         return True
+
+    def _knowledge_taken(self, name: str, span: Span) -> bool:
+        if name in self.world.tables or name in self.machines:
+            self.report.error("E118", f"there is already something called `{name}`", span, "choose another name")
+            return True
+        return self._taken(name, span)
 
     def _declare(self, text: VariableText, full_name: str, scope: Scope, kind: str) -> Variable | None:
         if self._taken(text.name, text.span):
@@ -211,7 +229,7 @@ class InstanceChecker:
         actions: dict[str, tuple[Statement, ...]] = {}
         for kind, parsed in text.actions.items():
             statements, diagnostics = check_actions(parsed, scope)
-            self._keep(diagnostics)
+            self.report.keep(diagnostics, self.broken)
             actions[kind] = statements
             if "after" in parsed.fragment.text:
                 self.timed.append(statements)
@@ -220,7 +238,7 @@ class InstanceChecker:
             try:
                 guard = check_guard(transition.guard, scope)
             except DiagnosticError as e:
-                self._keep(e.diagnostics)
+                self.report.keep(e.diagnostics, self.broken)
             else:
                 if "after" in transition.text:
                     self.timed.append(guard)
@@ -241,11 +259,3 @@ class InstanceChecker:
         for name, place in found:
             self.places.setdefault((self.instance.name, name), place)
         return tuple(name for name, _ in found)
-
-    def _keep(self, diagnostics: list[Diagnostic] | tuple[Diagnostic, ...]) -> None:
-        """Report them, but not that a name is unknown whose declaration is wrong."""
-        for d in diagnostics:
-            about = d.span.text if d.span is not None else ""
-            if d.code in ("E110", "E111") and about in self.broken:
-                continue
-            self.report.diagnostics.append(d)

@@ -16,6 +16,7 @@ from llfsm_verify.arrangement.draft import (
     VariableDraft,
 )  # fmt: skip
 from llfsm_verify.arrangement.model import ACTION_KINDS, ActionKind, Suppression
+from llfsm_verify.arrangement.resolve.knowledge import KnowledgeText, parse_knowledge
 from llfsm_verify.arrangement.resolve.type_table import TypeTable
 from llfsm_verify.arrangement.suppressions import resolve_suppressions
 from llfsm_verify.diagnostics import Span
@@ -90,6 +91,7 @@ class MachineText:
     """All identifiers in the machine's texts."""
     span: Span
     suppressions: tuple[Suppression, ...] = ()
+    knowledge: tuple[KnowledgeText, ...] = ()
 
 
 class MachineResolver:
@@ -108,6 +110,10 @@ class MachineResolver:
         self.suppressions += resolve_suppressions(self.report, draft.lint)
         parameters = self._parameters(draft.parameters)
         variables = self.variables(draft.variables)
+        knowledge, broken = parse_knowledge(self.report, draft.knowledge)
+        self.broken |= broken
+        for text in (text for entry in knowledge for text in entry.words):
+            self._note_words(text)
         if isinstance(draft.states, Unreadable):
             return None
         if not draft.states:
@@ -118,10 +124,11 @@ class MachineResolver:
             return None
         states = self._states(draft.states, names)
         owners = {s.name for s in states if s.variables}
-        for variable in variables:
-            if variable.name in owners:
-                message = f"state `{variable.name}` has variables, so a variable of the machine cannot have its name"
-                self.report.error("E118", message, variable.span, "choose another name")
+        own = [(v.name, v.span, "a variable of the machine") for v in variables]
+        for name, span, what in (*own, *((k.name, k.span, "what a theory says") for k in knowledge)):
+            if name in owners:
+                message = f"state `{name}` has variables, so {what} cannot have its name"
+                self.report.error("E118", message, span, "choose another name")
         order = list(names)
         initial = self._state_number(draft.initial, order, "E072", "initial")
         declared = self._state_number(draft.suspend, order, "E073", "suspend")
@@ -129,6 +136,7 @@ class MachineResolver:
         return MachineText(
             kind or "?", parameters, variables, states, initial or 0, suspend,
             frozenset(self.broken), frozenset(self.words), mark(draft.name), tuple(self.suppressions),
+            knowledge,
         )  # fmt: skip
 
     def _parameters(self, drafts: Sequence[ParameterDraft]) -> tuple[ParameterText, ...]:

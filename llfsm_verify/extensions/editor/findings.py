@@ -49,7 +49,7 @@ from llfsm_verify.plug import (
     written,
 )
 
-Sort = Literal["arrangement", "machine", "policy", "ports", "properties", "automaton"]
+Sort = Literal["arrangement", "machine", "policy", "ports", "properties", "automaton", "theory"]
 _PORTS = re.compile(r"^ports[ \t]*:", re.MULTILINE)
 
 
@@ -174,8 +174,10 @@ def _of(root: str, properties: tuple[str, ...], ports: str | None) -> Findings:
     try:
         draft = read_arrangement(GivenArrangement(root))
         found.add(draft.sources[:1], "arrangement")
-        policies = [source for source in draft.sources[1:] if kind_of(source) == "policy"]
-        found.add(policies, "policy")
+        for source in draft.sources[1:]:
+            kind = kind_of(source)
+            if kind == "policy" or kind == "theory":
+                found.add([source], kind)
         found.add(draft.sources[1:], "machine")
         arrangement = resolve(draft)
         found.said += arrangement.warnings
