@@ -21,11 +21,12 @@ from llfsm_verify.arrangement.draft import (
 )
 from llfsm_verify.arrangement.draft import Unreadable as UnreadablePart
 from llfsm_verify.arrangement.files import read_named, read_source
-from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS, read_arrangement
+from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS, ending_of, read_arrangement
 from llfsm_verify.arrangement.formats import Given as GivenArrangement
 from llfsm_verify.arrangement.formats.data import draft_data
 from llfsm_verify.arrangement.formats.reading import MACHINES, Reading, opened
 from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, NewState, Uneditable, Writer
+from llfsm_verify.arrangement.granting import policy_digest
 from llfsm_verify.arrangement.kinds import kind_of
 from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement, Machine
@@ -60,21 +61,40 @@ from llfsm_verify.checking.engine_option import (
     EngineOptions,
 )
 from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of, mask
-from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.goals.kinds import goals_of
+from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.replay.confirm import Letter, Schedule
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.verdict import Exploration, FaultFinding, FaultResult, Options, PropertyResult, Result
-from llfsm_verify.cli.arguments import other_arrangement
+from llfsm_verify.checking.verdict import (
+    Exploration,
+    FaultFinding,
+    FaultResult,
+    Options,
+    PropertyResult,
+    Result,
+    Verdict,
+)
+from llfsm_verify.cli.arguments import arrangement as arrangement_argument
+from llfsm_verify.cli.arguments import engine as engine_argument
+from llfsm_verify.cli.arguments import memory_and_timeout as limit_arguments
+from llfsm_verify.cli.arguments import other_arrangement, property_files, property_lines
+from llfsm_verify.cli.arguments import output as output_argument
+from llfsm_verify.cli.certificates import write_certificate
 from llfsm_verify.cli.commands import COMMANDS
 from llfsm_verify.cli.commands.check.run import find_owners, is_arrangement, properties_beside
 from llfsm_verify.cli.commands.trace.arguments import steps as step_range
-from llfsm_verify.cli.io.files import ready_beside, write_whole
+from llfsm_verify.cli.drawing_format import drawing_format
+from llfsm_verify.cli.io.files import ready, ready_beside, write_whole
 from llfsm_verify.cli.io.output import Output, tell
+from llfsm_verify.cli.io.standard_error import Unhurried
+from llfsm_verify.cli.io.verdicts import EarlyVerdicts
+from llfsm_verify.cli.opening import limits_of, open_draft, told
+from llfsm_verify.cli.opening import read_properties as asked_properties
 from llfsm_verify.cli.parser import CommandEntry, UsageError
 from llfsm_verify.cli.parser import Parser as CommandParser
 from llfsm_verify.diagnostics import Fragment, Source, Span, counted
-from llfsm_verify.files import UNSAVED
+from llfsm_verify.files import UNSAVED, publish, unfinished
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
 from llfsm_verify.kripke.export.rows import (
@@ -111,6 +131,7 @@ from llfsm_verify.logic.expressions import first_match, sequence
 from llfsm_verify.logic.formula import FALSE as FALSE_FORMULA
 from llfsm_verify.logic.formula import (
     PAST_STEPS,
+    TIMED,
     Formula,
     apply,
     atom,
@@ -119,11 +140,14 @@ from llfsm_verify.logic.formula import (
     disjunction,
     mapped,
     negation,
+    operators,
     postorder,
 )
 from llfsm_verify.logic.formula import TRUE as TRUE_FORMULA
 from llfsm_verify.logic.formula import Op as FormulaOp
+from llfsm_verify.logic.lasso import evaluate as evaluate_formula
 from llfsm_verify.logic.lines import has_header
+from llfsm_verify.logic.parsing.bounds import decimal as exact_decimal
 from llfsm_verify.logic.parsing.delays import refuse_delays
 from llfsm_verify.logic.parsing.formulas import MAX_DEPTH, Parsed
 from llfsm_verify.logic.parsing.tokens import MAX_TOKENS
@@ -132,6 +156,7 @@ from llfsm_verify.logic.properties import PropertySet, asked_text, parse_propert
 from llfsm_verify.logic.reading import GivenLines
 from llfsm_verify.logic.reading import read_source as read_properties
 from llfsm_verify.logic.rewriting.normal_form import nnf
+from llfsm_verify.logic.stamps import Stamped, Unstamped
 from llfsm_verify.logic.syntaxes import Syntax
 from llfsm_verify.logic.syntaxes.writing import Spelling
 from llfsm_verify.monitoring.lookup import entry_bytes
@@ -191,16 +216,19 @@ from llfsm_verify.registry import Entry, Package, Registry, Unregistered
 from llfsm_verify.report.codes import all_codes
 from llfsm_verify.report.debugging import lines_of
 from llfsm_verify.report.drawing import NO_LIBRARY as NO_GRAPHVIZ
+from llfsm_verify.report.drawing import UNWRITABLE as NOT_DRAWN
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.drawing.graph import LEGEND, Graph, explained, summarise, with_legend
 from llfsm_verify.report.drawing.graph import Edge as DrawnEdge
 from llfsm_verify.report.drawing.graph import Node as DrawnNode
+from llfsm_verify.report.drawing.traced import replayed_graph
 from llfsm_verify.report.entry import ReportEntry
 from llfsm_verify.report.formats import REPORTS, Style, Written
 from llfsm_verify.report.lint import explain as lint_diagnostic
 from llfsm_verify.report.plain import PIPE_WIDTH, plain_text
 from llfsm_verify.report.running import ENDINGS as ENDING_WORDS
+from llfsm_verify.report.running import duration as duration_text
 from llfsm_verify.report.saving import named_runs, trace_documents, update_trace_file
 from llfsm_verify.report.schema import SCHEMAS
 from llfsm_verify.report.text import result_text, trace_text
@@ -226,14 +254,33 @@ from llfsm_verify.runtime.debugging.commands import parse as parse_command
 from llfsm_verify.runtime.debugging.paths import DebugError, Recorded
 from llfsm_verify.runtime.debugging.session import FRONT_ENDS
 from llfsm_verify.runtime.debugging.session import Session as DebugSession
-from llfsm_verify.runtime.deciding.logs.check import LogReading
-from llfsm_verify.runtime.deciding.logs.formats import LOGS, NoColumn, Row, Unreadable, Wanted, cell_text, cells_of
-from llfsm_verify.runtime.deciding.logs.oracles import ORACLES, Oracle
+from llfsm_verify.runtime.deciding.letters import SlotLetters
+from llfsm_verify.runtime.deciding.logs import (
+    LOGS,
+    ORACLES,
+    LogReading,
+    NoColumn,
+    Oracle,
+    Row,
+    Unreadable,
+    Wanted,
+    cell_text,
+    cells_of,
+)
+from llfsm_verify.runtime.deciding.recordings import Decided, Watch, watches_of
+from llfsm_verify.runtime.launch import PANELS, Launch, Panel
 from llfsm_verify.runtime.live.frame import COUNTED as FRAME_COUNTS
+from llfsm_verify.runtime.live.frame import CYCLE as FRAME_CYCLE
+from llfsm_verify.runtime.live.frame import ENDING as FRAME_ENDING
 from llfsm_verify.runtime.live.frame import ENDINGS as FRAME_ENDINGS
 from llfsm_verify.runtime.live.frame import HEADER as FRAME_HEADER
+from llfsm_verify.runtime.live.frame import NUMBER as FRAME_NUMBER
+from llfsm_verify.runtime.live.frame import STEPS as FRAME_STEPS
 from llfsm_verify.runtime.live.frame import FrameLayout
 from llfsm_verify.runtime.live.plan import runnable, safe_values, starting_values
+from llfsm_verify.runtime.live.run import Lateness, lateness
+from llfsm_verify.runtime.live.slots import STATE as STATE_SLOT
+from llfsm_verify.runtime.live.slots import VERDICT as VERDICT_SLOT
 from llfsm_verify.runtime.live.slots import Slot as BoardSlot
 from llfsm_verify.runtime.live.slots import inputs_of, program_slots, slots_of
 from llfsm_verify.runtime.live.text import largest_entry
@@ -256,6 +303,7 @@ from llfsm_verify.runtime.recording.timeline import Signal, Timeline, take
 from llfsm_verify.runtime.stepping.drawing import free_inputs
 from llfsm_verify.runtime.whiteboard.places import NoPlace
 from llfsm_verify.runtime.whiteboard.places import names as whiteboard_names
+from llfsm_verify.runtime.whiteboard.shared import Shared as SharedFrames
 from llfsm_verify.semantics.bits import common_bits
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.operators import OPERATOR
@@ -265,7 +313,7 @@ from llfsm_verify.targets.monitors import OnBoard, Watched
 from llfsm_verify.targets.target import TARGETS, WORLDS, Difference, Made, Target, Verified
 from llfsm_verify.targets.target import Wanted as TargetWanted
 from llfsm_verify.transforms.probing import probed
-from llfsm_verify.values import Shown, Value, element_names, text, value_text
+from llfsm_verify.values import Shown, Value, ValueProblem, choice_value, element_names, text, value_text
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES, EngineEntry, Turn
 from llfsm_verify.verification.replay import Replayed, replay_file, schedule_of
 from llfsm_verify.verification.verify import verify
@@ -273,7 +321,8 @@ from llfsm_verify.yaml.compose import compose
 from llfsm_verify.yaml.fields import Report, is_name
 from llfsm_verify.yaml.nodes import Mapping as MappingNode
 from llfsm_verify.yaml.nodes import Node, Scalar, Sequence, implied, mark, written
-from llfsm_verify.yaml.tables import NUMBER, TRUTHS, ByName, Either, Field, Several, Single, Table, Words
+from llfsm_verify.yaml.tables import FORMAT as FORMAT_KEY
+from llfsm_verify.yaml.tables import NUMBER, TRUTHS, ByName, Either, Field, Several, Single, Table, Words, schema_of
 
 __all__ = [
     "ACTIONS",
@@ -296,9 +345,14 @@ __all__ = [
     "FAULT",
     "FILE",
     "FLAG",
+    "FORMAT_KEY",
     "FRAME_COUNTS",
+    "FRAME_CYCLE",
+    "FRAME_ENDING",
     "FRAME_ENDINGS",
     "FRAME_HEADER",
+    "FRAME_NUMBER",
+    "FRAME_STEPS",
     "FRONT_ENDS",
     "HOA_ACCEPTANCE",
     "HOA_NUMBER",
@@ -315,10 +369,12 @@ __all__ = [
     "MAX_TICKS",
     "MAX_TOKENS",
     "MODELS",
+    "NOT_DRAWN",
     "NO_GRAPHVIZ",
     "NUMBER",
     "OPERATOR",
     "ORACLES",
+    "PANELS",
     "PAST_STEPS",
     "PIPE_WIDTH",
     "PLANTS",
@@ -330,15 +386,18 @@ __all__ = [
     "REPORTS",
     "SCHEMAS",
     "SECONDS",
+    "STATE_SLOT",
     "STRUCTURES",
     "SWITCH",
     "TARGETS",
+    "TIMED",
     "TIMELINES",
     "TRUE",
     "TRUE_FORMULA",
     "TRUTHS",
     "UNREADABLE",
     "UNSAVED",
+    "VERDICT_SLOT",
     "WHEN",
     "WORLDS",
     "WRITERS",
@@ -372,10 +431,12 @@ __all__ = [
     "DebugAnswer",
     "DebugError",
     "DebugSession",
+    "Decided",
     "Difference",
     "Draft",
     "DrawnEdge",
     "DrawnNode",
+    "EarlyVerdicts",
     "Editor",
     "Edits",
     "Either",
@@ -415,6 +476,8 @@ __all__ = [
     "Ite",
     "Json",
     "Key",
+    "Lateness",
+    "Launch",
     "Layout",
     "Lazy",
     "Let",
@@ -449,6 +512,7 @@ __all__ = [
     "Outcome",
     "Output",
     "Package",
+    "Panel",
     "ParameterDraft",
     "Parsed",
     "Plant",
@@ -456,6 +520,7 @@ __all__ = [
     "Port",
     "PortKind",
     "PrefixMonitor",
+    "Problem",
     "Process",
     "ProcessDraft",
     "ProcessSettings",
@@ -480,14 +545,17 @@ __all__ = [
     "Session",
     "Set",
     "Several",
+    "SharedFrames",
     "Shown",
     "Signal",
     "Single",
     "Slot",
+    "SlotLetters",
     "Source",
     "Span",
     "Specification",
     "Spelling",
+    "Stamped",
     "Started",
     "StateDraft",
     "Step",
@@ -507,23 +575,28 @@ __all__ = [
     "Turn",
     "Type",
     "Uneditable",
+    "Unhurried",
     "Unit",
     "Unknown",
     "Unopened",
     "Unreadable",
     "UnreadablePart",
     "Unregistered",
+    "Unstamped",
     "UsageError",
     "UsedPlant",
     "Value",
+    "ValueProblem",
     "Values",
     "Var",
     "VariableDraft",
     "VectorSteps",
     "Vectors",
+    "Verdict",
     "Verified",
     "Violated",
     "Wanted",
+    "Watch",
     "Watched",
     "WhiteboardDraft",
     "Words",
@@ -533,8 +606,10 @@ __all__ = [
     "all_codes",
     "all_of",
     "apply",
+    "arrangement_argument",
     "arrangement_graph",
     "arrangement_of",
+    "asked_properties",
     "asked_text",
     "atom",
     "atom_place",
@@ -544,6 +619,7 @@ __all__ = [
     "branches",
     "cell_text",
     "cells_of",
+    "choice_value",
     "claim_of",
     "code_of",
     "common_bits",
@@ -560,11 +636,17 @@ __all__ = [
     "distinct_nodes",
     "doubts",
     "draft_data",
+    "drawing_format",
+    "duration_text",
     "edges",
     "element_names",
     "elements",
+    "ending_of",
+    "engine_argument",
     "entry_bytes",
     "evaluate",
+    "evaluate_formula",
+    "exact_decimal",
     "explained",
     "expressions",
     "fault_of",
@@ -578,6 +660,7 @@ __all__ = [
     "fold",
     "free_inputs",
     "get",
+    "goals_of",
     "has_header",
     "header_of",
     "implied",
@@ -593,8 +676,11 @@ __all__ = [
     "ite",
     "kind_of",
     "largest_entry",
+    "lateness",
     "leaves",
     "letters",
+    "limit_arguments",
+    "limits_of",
     "lines_of",
     "lint_diagnostic",
     "load_arrangement",
@@ -611,31 +697,40 @@ __all__ = [
     "nodes",
     "observed_outputs",
     "op",
+    "open_draft",
     "opened",
+    "operators",
     "other_arrangement",
+    "output_argument",
     "parse_command",
     "parse_properties",
     "parts",
     "patience_of",
     "plain_text",
+    "policy_digest",
     "portions",
     "postorder",
     "probed",
     "program_hash",
     "program_slots",
     "properties_beside",
+    "property_files",
+    "property_lines",
+    "publish",
     "reached",
     "read_arrangement",
     "read_named",
     "read_ports",
     "read_properties",
     "read_source",
+    "ready",
     "ready_beside",
     "rebuilt",
     "record_of",
     "refuse_delays",
     "repeat",
     "replay_file",
+    "replayed_graph",
     "resolve",
     "result_text",
     "resumed_text",
@@ -644,6 +739,7 @@ __all__ = [
     "safe_values",
     "scalars",
     "schedule_of",
+    "schema_of",
     "sentences",
     "sequence",
     "shown_atom",
@@ -660,12 +756,14 @@ __all__ = [
     "tell",
     "text",
     "tick",
+    "told",
     "trace_documents",
     "trace_rows",
     "trace_text",
     "translate",
     "typed",
     "under_assumptions",
+    "unfinished",
     "update_trace_file",
     "uses",
     "vacuity_texts",
@@ -673,12 +771,14 @@ __all__ = [
     "vector_ended",
     "verdict_text",
     "verify",
+    "watches_of",
     "ways",
     "whiteboard_names",
     "whole_number",
     "with_branches",
     "with_legend",
     "without",
+    "write_certificate",
     "write_whole",
     "written",
 ]

@@ -22,8 +22,8 @@ from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.formats import REPORTS
 from llfsm_verify.report.schema import SCHEMAS
 from llfsm_verify.report.timeline.formats import TIMELINES
-from llfsm_verify.runtime.deciding.logs.formats import LOGS
-from llfsm_verify.runtime.deciding.logs.oracles import ORACLES
+from llfsm_verify.runtime.deciding.logs import LOGS, ORACLES, READINGS
+from llfsm_verify.runtime.launch import PANELS
 from llfsm_verify.runtime.ports.port import PORTS
 from llfsm_verify.verification.engines import ENGINES, FEATURES, GROUP, UNROLLED, EngineEntry, Engines, Turn, table
 from llfsm_verify.verification.portfolio import stages_of
@@ -33,8 +33,9 @@ ALL: dict[str, Registry[object]] = {
     "access": REPORTS.access, "arrangements": ARRANGEMENTS, "automata": AUTOMATA, "codes": OF_OTHERS,
     "commands": COMMANDS, "drawings": DRAWINGS, "engines": ENGINES, "lint": REPORTS.lint, "logs": LOGS,
     "machines": MACHINES, "models": MODELS, "monitors": REPORTS.monitor, "simulations": REPORTS.simulation,
-    "oracles": ORACLES, "policies": POLICIES, "ports": PORTS, "queries": REPORTS.query, "results": REPORTS.result,
-    "schemas": SCHEMAS, "structures": STRUCTURES, "syntaxes": TABLES, "timelines": TIMELINES, "writers": WRITERS,
+    "oracles": ORACLES, "panels": PANELS, "policies": POLICIES, "ports": PORTS, "queries": REPORTS.query,
+    "readings": READINGS, "results": REPORTS.result, "schemas": SCHEMAS, "structures": STRUCTURES,
+    "syntaxes": TABLES, "timelines": TIMELINES, "writers": WRITERS,
 }  # fmt: skip
 
 

@@ -34,10 +34,14 @@ NAMES: dict[Kind, str] = {
     "machine": "a machine file",
     "policy": "a policy file",
     "properties": "a property file",
-    "trace": "a trace file",
     "theory": "a theory",
+    "trace": "a trace file",
 }
+_KNOWN_BY = "let the arrangement name it (`knowledge: {{NAME: {{file: …}}}}`), or call `llfsm knowledge table {file}`"
 _HINTS: dict[tuple[Kind, Kind], str] = {
+    ("arrangement", "theory"): _KNOWN_BY,
+    ("properties", "theory"): _KNOWN_BY,
+    ("theory", "arrangement"): "name a .d file, such as one that its `knowledge:` names",
     ("arrangement", "properties"): "name the arrangement before it: `llfsm-verify ARRANGEMENT {file}`",
     ("arrangement", "machine"): "write an arrangement that names it (`machines: {{m: {{file: …}}}}`, `schedule: [m]`), "
     "and give that one",
@@ -58,7 +62,7 @@ def kind_of(source: Source) -> Kind | None:
         return "arrangement"
     if _MACHINE.search(text) and _STATES.search(text):
         return "machine"
-    if _THEORY.search(text):
+    if _THEORY.search(text) or source.name.endswith(".d"):
         return "theory"
     start, end = _first_line(text)
     formula = _PROPERTY.match(text, start, min(end, start + _LOOKED_AT)) or source.name.endswith(".ltl")

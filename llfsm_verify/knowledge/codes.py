@@ -17,4 +17,4 @@ UNOPPOSED: Final = CODES.add("E575", "A priority between rules that do not concl
 TWICE: Final = CODES.add("E576", "A label, an input, an output or the name of a theory stands there twice.")
 INPUT_CONCLUDED: Final = CODES.add("E577", "A rule concludes an input, whose value is given.")
 OUTPUT: Final = CODES.add("E578", "A theory has no output, or an output of another type than `b`.")
-TOO_LARGE: Final = CODES.add("E579", "A theory has more than 10,000 rules.")
+TOO_LARGE: Final = CODES.add("E579", "A theory has more than 10,000 rules, or more than 200,000 words and signs.")

@@ -107,7 +107,8 @@ class _Proofs:
         if strict is True or not left:
             return True
         if strict is not False and place is not None:
-            if left == [{}] or any(clause.keys() == {strict} for clause in left):
+            left = [{part: span for part, span in clause.items() if part != strict} for clause in left]
+            if {} in left:
                 return strict
             if len(left) == 1:
                 left, strict = [{strict: place, **left[0]}], False

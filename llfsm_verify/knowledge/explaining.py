@@ -71,7 +71,7 @@ def explained(theory: Theory, literal: Literal, valuation: Mapping[str, bool]) -
         }
         for side in sides:
             team = any(n in applying and theory.rules[n].proves for n in numbers[side])
-            if side in strictly or (side.complement not in strictly and team and not against[side]):
+            if side in strictly or (team and not against[side]):
                 proved.add(side)
         fates = []
         for n in sorted(numbers[sides[0]] + numbers[sides[1]]):

@@ -34,7 +34,6 @@ from llfsm_verify.monitoring.codes import CODES as MONITORS
 from llfsm_verify.registry import Registry, Unusable
 from llfsm_verify.report.drawing import CODES as DRAWINGS
 from llfsm_verify.report.timeline import CODES as TIMELINES
-from llfsm_verify.runtime.deciding.logs import CODES as LOGS
 from llfsm_verify.runtime.live import CODES as RUNS
 from llfsm_verify.runtime.ports import CODES as PORTS
 from llfsm_verify.runtime.recording import CODES as RECORDINGS
@@ -63,9 +62,6 @@ FILES = {
     "E452": "Invariants cannot be written or read there.",
     "E453": "A file is not a file of invariants, or is one of another version.",
     "E454": "Invariants would replace a file that is an input of the check.",
-    "E460": "A new project would overwrite files.",
-    "E461": "The name of a new project is not a valid name.",
-    "E462": "A new project cannot be written there.",
     "E463": "A value of a trace file cannot be rewritten, because it has an anchor.",
     "E464": "A package that the command needs is not installed.",
     "W401": "A trace has been saved that is too long to be read again.",
@@ -109,7 +105,6 @@ MENDS = {
     "E436": "Leave out --set and --suspend, or bound the waiting, such as `F[0:100] p`.",
     "E450": _ELSEWHERE,
     "E452": _ELSEWHERE,
-    "E462": "Name a new folder in a folder that is there and can be written.",
     "E487": _ELSEWHERE,
     "E490": _ELSEWHERE,
     "F001": f"Guard the statement, or declare a wider range. {_SHOWN}",
@@ -134,7 +129,7 @@ SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("Monitors", MONITORS),
     ("Guards", GUARDS),
     ("Tests with random runs", TESTING),
-    ("Runs and recordings", {**RECORDINGS, **RUNS, **TIMELINES, **PORTS, **LOGS, **AUDIT, **TARGETS}),
+    ("Runs and recordings", {**RECORDINGS, **RUNS, **TIMELINES, **PORTS, **AUDIT, **TARGETS}),
     ("Coverage and test vectors", COVERAGE),
     ("Faults of a run", FAULTS),
     ("Findings of `llfsm lint`", LINT),

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from llfsm_verify.analysis.lint.finding import LintResult
     from llfsm_verify.arrangement.model import Arrangement
     from llfsm_verify.checking.verdict import Result
+    from llfsm_verify.report.knowledge import Answer
     from llfsm_verify.report.monitor import Monitors
     from llfsm_verify.runtime.stepping.random_run import Simulated
     from llfsm_verify.verification.query import QueryResult
@@ -60,6 +61,8 @@ class Reports:
     """Of `llfsm access`; the second is the digest of the policy."""
     simulation: Registry[Callable[[Simulated, Style], Written]]
     """Of `llfsm simulate`. What is for a terminal is made while the run is."""
+    knowledge: Registry[Callable[[Answer], Written]]
+    """Of `llfsm knowledge`, whatever was asked."""
     monitor: Registry[Callable[[Monitors, Callable[[str], None]], str]]
     """Of `llfsm monitor`, with the final newline; the second takes what is said beside. All but `text` are asked about
     one property."""
@@ -124,6 +127,14 @@ REPORTS = Reports(
             ReportEntry("json", "llfsm_verify.report.simulation:report_json", "schema `simulation`"),
         ],
         f"{GROUPS}.simulation",
+    ),
+    knowledge=Registry(
+        "report format",
+        [
+            ReportEntry("text", "llfsm_verify.report.knowledge:report", "for people"),
+            ReportEntry("json", "llfsm_verify.report.knowledge:report_json", "one object, schema `knowledge`"),
+        ],
+        f"{GROUPS}.knowledge",
     ),
     monitor=Registry(
         "report format",

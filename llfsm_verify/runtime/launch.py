@@ -13,6 +13,7 @@ from typing import Protocol
 from llfsm_verify.arrangement.draft import Draft
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.replacing import Change
+from llfsm_verify.registry import Registry
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.plan import Plan
 from llfsm_verify.runtime.live.run import Running
@@ -45,6 +46,20 @@ class Attendant(Protocol):
 
     def serve(self, seconds: float) -> None:
         """Do what is to be done, and wait at most so long for it."""
+
+
+class Panel(Attendant, Protocol):
+    """Shows a run beside its loop."""
+
+    def follow(self, shared: Shared) -> None:
+        """Show another run from now on."""
+
+    def close(self) -> None:
+        """Show it for the last time."""
+
+
+PANELS: Registry[Callable[[Shared, Launch], Panel]] = Registry("panel", (), "llfsm_verify.panels")
+"""Each makes what shows a run on standard output, which is a terminal. The first is asked."""
 
 
 def serve(running: Running | SwappableRun, attendants: Sequence[Attendant]) -> None:

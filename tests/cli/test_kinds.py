@@ -26,6 +26,28 @@ def test_one_diagnostic_that_says_what_it_is(arguments, says):
     assert says in done.stderr and "hint:" in done.stderr
 
 
+THEORY = "% cook\ninput {a}.\nC0: {} => ~b.\nC1: a -> b.\noutput {b b}.\n"
+
+
+@pytest.mark.parametrize(
+    ("command", "expected"),
+    [("verify THEORY", "an arrangement"), (f"verify {LIGHTS} THEORY", "a property file"), ("draw THEORY", "an arrang")],
+)
+def test_a_theory_is_named_by_an_arrangement(tmp_path, command, expected):
+    theory = tmp_path / "cook.d"
+    theory.write_text(THEORY)
+    done = llfsm(*command.replace("THEORY", str(theory)).split())
+    assert done.returncode == 3 and done.stderr.count("[E") == 1
+    assert f"cook.d:1:1: error[E019]: this looks like a theory, and {expected}" in done.stderr
+    assert f"(`knowledge: {{NAME: {{file: …}}}}`), or call `llfsm knowledge table {theory}`" in done.stderr
+
+
+def test_a_theory_without_inputs_is_known_by_its_name(tmp_path):
+    theory = tmp_path / "cook.d"
+    theory.write_text("a -> b.\n")
+    assert "this looks like a theory" in llfsm("verify", str(theory)).stderr
+
+
 def test_yaml_from_standard_input_as_properties():
     done = llfsm("verify", LIGHTS, "-", stdin="machines:\n  m: {file: a.yaml}\nschedule: [m]\n")
     assert done.returncode == 3 and done.stderr.startswith("<stdin>:1:1: error[E019]") and done.stderr.count("[E") == 1

@@ -132,7 +132,7 @@ def test_the_core_does_without_extensions(tmp_path: Path) -> None:
         return done.stdout
 
     assert python("-c", WITHOUT).splitlines() == [
-        "callback, process, stream, whiteboard | csv | csv |  |  |  | ",
+        "callback, process, stream, whiteboard |  | csv |  |  |  | ",
         "there is no kind of port `mqtt`; there are: callback, process, stream, whiteboard",
     ]
     folders = (

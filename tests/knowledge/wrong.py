@@ -36,6 +36,7 @@ WRONG = (
     Wrong("an output that is negated", f"{AB}a => q.\noutput {{b §~q}}.\n", "E570", "an output is an atom"),
     Wrong("a misspelt input", f"input {{doorOpen}}.\nR: §dooropen => q.\n{END}", "E571", "`dooropen` is not an input"),
     Wrong("only its negation", f"{AB}a => c. §~c => q.\n{END}", "E571", "no rule can conclude `~c`"),
+    Wrong("only a defeater", f"{AB}a ~> c. §c => q.\n{END}", "E571", "`c` is not an input"),
     Wrong("an unknown output", f'{AB}a => q.\noutput {{b §p, "p"}}.\n', "E571", "`p` is not an input"),
     Wrong("literals in a circle", f"{AB}§q => r. r, a => s. ~s => q. b => ~s.\n{END}", "E572", "`r` depends on itself"),
     Wrong("a literal of itself", f"{AB}a => q. §q => ~q.\n{END}", "E572", "`q` depends on itself: q ← q"),
@@ -47,10 +48,10 @@ WRONG = (
         "an unknown label",
         f"{AB}Rule1: a => q. §Rule2 > Rule1.\n{END}",
         "E574",
-        "there is no rule with the label `Rule2`",
+        "no rule has the label `Rule2`",
     ),
     Wrong(
-        "a priority of allies", f"{AB}R: a => q. S: b => q. §R > S.\n{END}", "E575", "`R` and `S` conclude `q` and `q`"
+        "a priority of allies", f"{AB}R: a => q. S: b => q. §R > S.\n{END}", "E575", "these rules conclude `q` and `q`"
     ),
     Wrong("a label twice", f"{AB}R: a => q.\n§R: b => q.\n{END}", "E576", "`R` labels a rule twice, first in line 2"),
     Wrong("an input twice", f"{AB}input {{c, §a}}.\nc => q.\n{END}", "E576", "`a` is an input twice, first in line 1"),
@@ -71,4 +72,7 @@ WRONG = (
     Wrong("an empty name outside", f'{AB}a => q.\noutput {{b §q, ""}}.\n', "E578", "the name outside is empty"),
     Wrong("nothing", "§", "E578", "the theory has no output"),
     Wrong("too many rules", f"{AB}{'a => q. ' * 10_000}§b => q.\n{END}", "E579", "there are more than 10,000 rules"),
+    Wrong(
+        "too many words", f"{'% not counted' * 9}\n{'a,' * 100_000}§a => q.\n", "E579", "there are more than 200,000"
+    ),
 )

@@ -71,6 +71,14 @@ CASES: tuple[CaseStudy, ...] = (
         smaller={"60": "6", "180": "18", "120": "12", "121": "13", "59": "5"},
     ),
     CaseStudy(
+        "reasoned_lights",
+        configurations=98_048,
+        properties=7,
+        violated={"faulty_hasty": frozenset({"mutual_exclusion", "lamps_exclusive"})},
+        # A turn of two seconds, and amber for one.
+        smaller={"8": "2", "3": "1"},
+    ),
+    CaseStudy(
         "ball_conditions",
         configurations=34_271,
         properties=15,

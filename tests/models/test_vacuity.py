@@ -21,7 +21,7 @@ def model_of(properties: Path) -> Path:
     return max(folders, key=lambda folder: len(folder.name)) / "arrangement.yaml"
 
 
-AT_LENGTH = {"batman", "fruit_picking", "press", "robocup", "turtle"}
+AT_LENGTH = {"batman", "fruit_picking", "press", "reasoned_lights_promised", "robocup", "turtle"}
 
 
 @pytest.mark.parametrize(

@@ -68,13 +68,6 @@ def _rule(text: str, files: Mapping[str, str] = LAMP) -> Provoked:
     return Provoked(("llfsm verify a.yaml p.ltl",), {**files, "p.ltl": f"{text}\n"})
 
 
-def _logged(columns: str, asked: str = "m@ON") -> Provoked:
-    """A log of others, with a mapping of these columns beside that of the machine."""
-    command = f"llfsm check-recording log.csv --arrangement a.yaml --mapping mapping.yaml -p 'F {asked}'"
-    mapping = f"time: t\ncolumns:\n  m: {{column: lamp, values: {{0: OFF, 1: ON}}}}\n{columns}"
-    return Provoked((command,), {**LAMP, "log.csv": "t,button,lamp\n0,1,0\n0.1,0,1\n", "mapping.yaml": mapping})
-
-
 FILE = {"a.yaml": "machines: {m: {file: m.machine.yaml}}\nschedule: [m]\n"}
 UNTIMED = {"a.yaml": LAMP["a.yaml"].replace("cycle_ms: 100", "timing: untimed")}
 PROCESSES = {
@@ -190,11 +183,6 @@ PROVOKED: dict[str, Provoked] = {
     "E452": Provoked((f"{INVARIANTS} --save-invariants no/such/folder/lamp.json",), LAMP),
     "E453": Provoked(("llfsm verify a.yaml --check-invariants lamp.json",), {**LAMP, "lamp.json": "proved\n"}),
     "E454": Provoked((f"{INVARIANTS} --save-invariants a.yaml",), LAMP),
-    "E460": Provoked(
-        ("llfsm init crossing", "llfsm init crossing"),
-    ),
-    "E461": Provoked(("llfsm init crossing --name 'my crossing'",)),
-    "E462": Provoked(("llfsm init a.yaml/crossing",), LAMP),
     "E463": Provoked(
         (
             SAVE,
@@ -254,9 +242,6 @@ PROVOKED: dict[str, Provoked] = {
             "a.ports.yaml": "ports: {knob: {kind: stream, read: knob, inputs: [gain], on_failure: stale}}\n",
         },
     ),
-    "E496": _logged("  stop: {column: button}\n"),
-    "E497": _logged("  go: {column: button, values: {yes: true, no: false}}\n"),
-    "E498": _logged("", "m.ran"),
     "E500": Provoked(("llfsm audit verify no/such/folder/lamp.log",)),
     "E502": Provoked(("ulimit -n 24; llfsm run a.yaml --whiteboard lamp",), LAMP),
     "E501": Provoked(("llfsm audit verify lamp.log",), {"lamp.log": "mine\n"}),

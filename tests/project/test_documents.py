@@ -21,7 +21,7 @@ from tests.forked import Forks, forks
 
 LONG = (
     "docs/command-line.md", "docs/guarding.md", "docs/modelling.md", "docs/properties.md", "docs/tutorial.md",
-    "models/batman/README.md",
+    "models/batman/README.md", "models/reasoned_lights/README.md",
 )  # fmt: skip
 """Pages whose commands take many seconds together."""
 BESIDE_ROS = "docs/robots.md"

@@ -9,7 +9,7 @@ from llfsm_verify.cli.arguments import other_arrangement, property_files, proper
 from llfsm_verify.cli.io.output import tell
 from llfsm_verify.cli.opening import read_properties, told
 from llfsm_verify.cli.parser import Parser, UsageError
-from llfsm_verify.runtime.deciding.logs.formats import LOGS
+from llfsm_verify.runtime.deciding.logs import LOGS
 
 if TYPE_CHECKING:
     from llfsm_verify.runtime.deciding.recordings import Decided
@@ -96,7 +96,7 @@ def _decide(recording: Recording, options: Namespace) -> int:
 def _decide_log(options: Namespace) -> int:
     from llfsm_verify.arrangement import load_arrangement
     from llfsm_verify.cli.io.decided import say_decided
-    from llfsm_verify.runtime.deciding.logs.check import check_log
+    from llfsm_verify.runtime.deciding.logs import READINGS
 
     wanted = options.format or LOGS.named_by(options.recording)
     if wanted is None:
@@ -106,7 +106,7 @@ def _decide_log(options: Namespace) -> int:
     lines = read_properties(options)
     arrangement = load_arrangement(options.arrangement)
     told(lines, arrangement, stamped=True)
-    found = check_log(arrangement, lines, options.recording, options.mapping, wanted)
+    found = READINGS.load("mapping")(arrangement, lines, options.mapping, options.recording).check(wanted)
     return say_decided([(d, _where(d)) for d in found], allow_undecided=options.allow_undecided)
 
 

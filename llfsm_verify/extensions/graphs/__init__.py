@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
-from llfsm_verify.plug import Entry
+from llfsm_verify.plug import CommandEntry, Entry
 
 SVG, PNG = "a picture, laid out by Graphviz", "the same picture in pixels"
 ENTRIES = {
+    "llfsm_verify.commands": (
+        CommandEntry(
+            name="draw",
+            place=f"{__name__}.command:arguments",
+            about="draw a machine or the arrangement",
+            group="exchange",
+            runs=f"{__name__}.command:run",
+        ),
+    ),
     "llfsm_verify.drawings": (
         Entry("dot", f"{__name__}.dot:dot", "the DOT language of Graphviz", (".dot", ".gv")),
         Entry("mermaid", f"{__name__}.mermaid:mermaid", "Mermaid's text", (".mmd", ".mermaid")),

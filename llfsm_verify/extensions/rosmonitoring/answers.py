@@ -23,12 +23,11 @@ class Monitor:
     def __init__(self, reading: LogReading, say: Callable[[str], None], said: set[str], *, filtering: bool) -> None:
         self._reading = reading.copied()
         self._filtering, self._say, self._said = filtering, say, said
-        mapping = reading.mapping
         self._places = {column: column.rpartition(":")[::2] for column in reading.columns}
         """Of each column, its topic (or none) and field."""
         self._topics = {topic for topic, _ in self._places.values() if topic}
-        plain = any(not self._places[column.name][0] for column in mapping.columns.values())
-        self._known = None if plain and mapping.topic is None else self._topics | {mapping.topic or ""} - {""}
+        plain = any(not self._places[column][0] for column in reading.slots)
+        self._known = None if plain and reading.topic is None else self._topics | {reading.topic or ""} - {""}
         """Topics that say something; None: all do."""
         self._last: dict[str, dict[str, str]] = {}
         """The fields of the newest message of each topic and service."""
@@ -60,7 +59,7 @@ class Monitor:
             self._said.add(name)
             known = ", ".join(sorted(map(str, self._known)))
             self._say(f"no column is of the topic `{name[:100]}`: the mapping has {known}")
-        if reading.mapping.topic in (None, name):
+        if reading.topic in (None, name):
             if last.keys() >= self._topics:  # else a topic has said nothing yet
                 found = {column: last[topic or name].get(field) for column, (topic, field) in self._places.items()}
                 cells = {column: text for column, text in found.items() if text is not None}

@@ -1,4 +1,4 @@
-"""The debugger as panes in a terminal."""
+"""The debugger as panes in a terminal, and the panel of a run there."""
 
 from __future__ import annotations
 
@@ -13,4 +13,5 @@ ENTRIES = {
             package=Package("textual", "textual", "debug"),
         ),
     ),
+    "llfsm_verify.panels": (Entry("terminal", f"{__name__}.panel:Pictures", "a picture ten times a second"),),
 }

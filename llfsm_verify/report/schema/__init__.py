@@ -7,8 +7,8 @@ from typing import cast
 
 from llfsm_verify.registry import Entry, Registry
 
-NAMES = ("result", "monitor", "lint", "coverage", "query", "simulation")
-OF_RESULT = ("lint", "coverage", "query", "simulation")
+NAMES = ("result", "monitor", "lint", "coverage", "query", "simulation", "knowledge")
+OF_RESULT = ("lint", "coverage", "query", "simulation", "knowledge")
 """Their files leave out what they share with `result`: the definitions SHARED."""
 SHARED = ("failure", "diagnostic", "span", "sampled", "change", "cause", "step", "trace", "attempt", "proof", "inputs")
 
@@ -37,11 +37,6 @@ SCHEMAS: Registry[Callable[[str], dict[str, object]]] = Registry(
         Entry("machine", _WRITTEN_BY_PEOPLE, "machine files"),
         Entry("policy", _WRITTEN_BY_PEOPLE, "policy files, `access: {file: …}`"),
         Entry("ports", "llfsm_verify.runtime.ports.file:schema", "files of ports, `llfsm run --ports`"),
-        Entry(
-            "mapping",
-            "llfsm_verify.runtime.deciding.logs.mapping:schema",
-            "mappings of logs, `check-recording --mapping`",
-        ),
         Entry("trace", "llfsm_verify.verification.tracefile_fields:schema", "trace files"),
         Entry("result", _WRITTEN_BY_US, "`llfsm verify --format json`"),
         Entry("monitor", _WRITTEN_BY_US, "`llfsm monitor --as table`"),
@@ -49,6 +44,7 @@ SCHEMAS: Registry[Callable[[str], dict[str, object]]] = Registry(
         Entry("coverage", _WRITTEN_BY_US, "`llfsm coverage --format json`"),
         Entry("query", _WRITTEN_BY_US, "`llfsm query --format json`"),
         Entry("simulation", _WRITTEN_BY_US, "`llfsm simulate --format json`"),
+        Entry("knowledge", _WRITTEN_BY_US, "`llfsm knowledge … --format json`"),
     ],
     "llfsm_verify.schemas",
 )

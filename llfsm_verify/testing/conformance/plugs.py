@@ -39,7 +39,7 @@ from llfsm_verify.report.entry import ReportEntry
 from llfsm_verify.report.formats import REPORTS, Style
 from llfsm_verify.report.plain import plain_text
 from llfsm_verify.report.timeline.formats import TIMELINES
-from llfsm_verify.runtime.deciding.logs.formats import LOGS, NoColumn, Row, Unreadable, Wanted
+from llfsm_verify.runtime.deciding.logs import LOGS, NoColumn, Row, Unreadable, Wanted
 from llfsm_verify.runtime.recording.timeline import Row as Moment
 from llfsm_verify.runtime.recording.timeline import Signal, Timeline
 from llfsm_verify.runtime.stepping.random_run import RandomRun, Script

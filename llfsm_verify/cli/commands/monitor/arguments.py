@@ -5,7 +5,7 @@ from __future__ import annotations
 from llfsm_verify.cli.arguments import choice, only, output, repeatable, syntax
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.report.formats import REPORTS
-from llfsm_verify.runtime.deciding.logs.oracles import ORACLES
+from llfsm_verify.runtime.deciding.logs import ORACLES
 
 LOOPBACK = "127.0.0.1"
 

@@ -87,18 +87,17 @@ def _refuse_misuse_of_serve(options: Namespace) -> None:
 
 def _serve(options: Namespace) -> int:
     """0 when a signal ended it. DiagnosticError: wrong files, or it cannot listen there."""
-    from llfsm_verify.runtime.deciding.logs.check import LogReading
-    from llfsm_verify.runtime.deciding.logs.oracles import ORACLES
+    from llfsm_verify.runtime.deciding.logs import ORACLES, READINGS
 
     arrangement = open_arrangement(options.arrangement)
     lines = chosen(_lines(options), options.only)
     told(lines, arrangement, stamped=True)
     if not lines.goals:
         raise UsageError("there is no property")
+    reading = READINGS.load("mapping")(arrangement, lines, options.mapping, "a message")
     ORACLES.load(options.oracle)(
-        LogReading(arrangement, lines, options.mapping, "a message"), options.host, options.serve,
-        filtering=options.filter, tell=lambda line: print(line, flush=True),
-    )  # fmt: skip
+        reading, options.host, options.serve, filtering=options.filter, tell=lambda line: print(line, flush=True)
+    )
     return 0
 
 

@@ -20,7 +20,6 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.cli.arguments import DRAWN, assignments
-from llfsm_verify.cli.commands.run.panel import Pictures
 from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.io.standard_error import unhurried_errors
 from llfsm_verify.cli.opening import open_draft, property_sources, told
@@ -33,6 +32,7 @@ from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.report.running import port_lines, report_lines
 from llfsm_verify.runtime.launch import (
+    PANELS,
     Launch,
     Launched,
     declared_ports,
@@ -80,7 +80,7 @@ def run(options: Namespace) -> int:
         _launched(ready, audit, swaps=not scripted) as done,
         serving(ready, done, _say_of_port) as ports,
         stopping(done.run.stop) as suspended,
-        closing(Pictures(done.shared, ready)) if options.panel else nullcontext() as pictures,
+        closing(PANELS.load(next(iter(PANELS)))(done.shared, ready)) if options.panel else nullcontext() as pictures,
     ):
         done.start(*([] if ports is None else [following(ports)]), *([] if pictures is None else [pictures.follow]))
         serve(done.run, [*(one for one in (ports, pictures) if one is not None), *done.attendants])
@@ -120,6 +120,8 @@ def _refuse_misuse(options: Namespace) -> None:
         raise UsageError("--audit logs what others ask over the whiteboard: name one with --whiteboard")
     if options.seed is not None and not options.simulate:
         raise UsageError("--seed is for --simulate")
+    if options.panel and not PANELS:
+        raise UsageError("--panel needs an extension that shows one")
     if draws and (not options.simulate or options.inputs is not None):
         raise UsageError("--hold and --draw are for --simulate without --inputs: they say how inputs are drawn")
 

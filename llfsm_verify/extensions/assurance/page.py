@@ -7,11 +7,19 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 
-from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
-from llfsm_verify.diagnostics import Source
-from llfsm_verify.logic.properties import PropertySet, asked_text
-from llfsm_verify.report.wording import fault_text, summary_text, vacuity_texts, verdict_text
+from llfsm_verify.plug import (
+    Arrangement,
+    PropertyResult,
+    PropertySet,
+    Result,
+    Source,
+    Verdict,
+    asked_text,
+    fault_text,
+    summary_text,
+    vacuity_texts,
+    verdict_text,
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,63 +9,33 @@ from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
 
-from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.goals.kinds import goals_of
-from llfsm_verify.checking.problem import Problem, bind
-from llfsm_verify.checking.replay.confirm import Letter
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.logic.formula import Formula
-from llfsm_verify.logic.lasso import evaluate
-from llfsm_verify.logic.properties import PropertySet
-from llfsm_verify.runtime.deciding.letters import SlotLetters
-from llfsm_verify.runtime.deciding.logs import NOT_GIVEN, UNKNOWN, UNREADABLE
-from llfsm_verify.runtime.deciding.logs.formats import LOGS, NoColumn, Row, Unreadable, Wanted
-from llfsm_verify.runtime.deciding.logs.mapping import LogMapping, read_mapping
-from llfsm_verify.runtime.deciding.logs.stamps import StampedWatch, Times, is_timed
-from llfsm_verify.runtime.deciding.recordings import Decided, Watch, watches_of
-from llfsm_verify.values import ValueProblem
+from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify.extensions.logs.codes import NOT_GIVEN, UNKNOWN, UNREADABLE
+from llfsm_verify.extensions.logs.mapping import LogMapping, read_mapping
+from llfsm_verify.extensions.logs.stamps import StampedWatch, Times, is_timed
+from llfsm_verify.plug import (
+    LOGS,
+    Arrangement,
+    Decided,
+    Formula,
+    Letter,
+    NoColumn,
+    Problem,
+    PropertySet,
+    Row,
+    SlotLetters,
+    Unreadable,
+    ValueProblem,
+    Wanted,
+    Watch,
+    bind,
+    evaluate_formula,
+    goals_of,
+    watches_of,
+)  # fmt: skip
 
 _KEPT = 1 << 16
 """Letters of rows that are remembered, as many rows are equal."""
-
-
-def check_log(
-    arrangement: Arrangement, properties: PropertySet, path: str, mapping_path: str, form: str
-) -> list[Decided]:
-    """Each property, on a log: its first row is the first letter, and the number of a row is `step`. Bounds in time
-    compare the times of rows, or without times count a cycle for each row.
-
-    A verdict by some rows holds whatever came after. Of a log that has ended, as the mapping says, the last row repeats
-    forever. ModuleNotFoundError: the package for the format is not installed. DiagnosticError: what is wrong with the
-    properties, the mapping or the log (E496 to E498).
-    """
-    reading = LogReading(arrangement, properties, mapping_path, path)
-    mapping, watches = reading.mapping, reading.watches
-    if mapping.ended and Path(path).exists() and not (Path(path).is_file() or Path(path).is_dir()):
-        message = "a log with `ended: true` in its mapping may be read twice, and this is not a regular file"
-        raise DiagnosticError(Diagnostic(UNREADABLE, message, file=path, hint="write the log to a file first"))
-    stamps: list[Fraction] = []
-    whole, open_end = True, "the log ends there, and the mapping does not say `ended: true`"
-    shown: dict[int, str] = {}
-    for row in _rows(path, mapping, form):
-        try:
-            stamp = reading.read(row)
-        except OverflowError as overflow:
-            whole, open_end = False, f"{overflow} in row {reading.count:,}"
-            break
-        if mapping.time is not None and any(watch.place == (reading.count, reading.count) for watch in watches):
-            shown[reading.count] = row.cells[mapping.time]
-        if mapping.ended and stamp is not None:
-            stamps.append(stamp)
-    if not reading.count:
-        raise DiagnosticError(
-            Diagnostic(UNREADABLE, "the log has no rows", file=path, hint="name a log with one row at least")
-        )
-    if whole and mapping.ended and any(watch.verdict == "undecided" for watch in watches):
-        letters = reading.letters.anew()
-        word = [letters.read(row, path) for row in _rows(path, mapping, form)]  # once more: most logs need no letters
-        _decide_at_end(watches, reading.problem, word, stamps)
-    return [replace(decided, time=shown.get(decided.step or 0)) for decided in reading.decided(open_end)]
 
 
 class LogReading:
@@ -87,10 +57,19 @@ class LogReading:
         self._times = Times(mapping, path)
 
     @property
+    def topic(self) -> str | None:
+        """That whose messages are the rows."""
+        return self.mapping.topic
+
+    @property
+    def slots(self) -> frozenset[str]:
+        """The columns that are slots."""
+        return frozenset(column.name for column in self.mapping.columns.values())
+
+    @property
     def columns(self) -> frozenset[str]:
         """Those whose cells each row has to have."""
-        slots = frozenset(column.name for column in self.mapping.columns.values())
-        return slots if self.mapping.time is None else slots | {self.mapping.time}
+        return self.slots if self.mapping.time is None else self.slots | {self.mapping.time}
 
     def copied(self) -> LogReading:
         """The same, which then reads for itself."""
@@ -119,6 +98,41 @@ class LogReading:
             else watch.decided(open_end=open_end)
             for watch in self.watches
         ]
+
+    def check(self, form: str) -> list[Decided]:
+        """Each property, on a log: its first row is the first letter, and the number of a row is `step`. Bounds in time
+        compare the times of rows, or without times count a cycle for each row.
+
+        A verdict by some rows holds whatever came after. Of a log that has ended, as the mapping says, the last row
+        repeats forever. ModuleNotFoundError: the package for the format is not installed. DiagnosticError: what is
+        wrong with the log (E496, E497).
+        """
+        path, mapping, watches = self.path, self.mapping, self.watches
+        if mapping.ended and Path(path).exists() and not (Path(path).is_file() or Path(path).is_dir()):
+            message = "a log with `ended: true` in its mapping may be read twice, and this is not a regular file"
+            raise DiagnosticError(Diagnostic(UNREADABLE, message, file=path, hint="write the log to a file first"))
+        stamps: list[Fraction] = []
+        whole, open_end = True, "the log ends there, and the mapping does not say `ended: true`"
+        shown: dict[int, str] = {}
+        for row in _rows(path, mapping, form):
+            try:
+                stamp = self.read(row)
+            except OverflowError as overflow:
+                whole, open_end = False, f"{overflow} in row {self.count:,}"
+                break
+            if mapping.time is not None and any(watch.place == (self.count, self.count) for watch in watches):
+                shown[self.count] = row.cells[mapping.time]
+            if mapping.ended and stamp is not None:
+                stamps.append(stamp)
+        if not self.count:
+            raise DiagnosticError(
+                Diagnostic(UNREADABLE, "the log has no rows", file=path, hint="name a log with one row at least")
+            )
+        if whole and mapping.ended and any(watch.verdict == "undecided" for watch in watches):
+            letters = self.letters.anew()
+            word = [letters.read(row, path) for row in _rows(path, mapping, form)]  # again: most logs need no letters
+            _decide_at_end(watches, self.problem, word, stamps)
+        return [replace(decided, time=shown.get(decided.step or 0)) for decided in self.decided(open_end)]
 
 
 def _rows(path: str, mapping: LogMapping, form: str) -> Iterator[Row]:
@@ -161,7 +175,7 @@ def _decide_at_end(
             watch.reason = "after the end rows have no times: the arrangement has no `cycle_ms`"
         return
     formulas = [p.formula for p in problem.assumptions if p.formula is not None]
-    assumed = all(evaluate(formula, stem, loop, delays) for formula in formulas)
+    assumed = all(evaluate_formula(formula, stem, loop, delays) for formula in formulas)
     for watch in watches:
         if isinstance(watch, StampedWatch):
             watch.decide_at_end(word, delays or [], assumed=assumed)

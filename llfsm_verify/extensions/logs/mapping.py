@@ -7,29 +7,32 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from llfsm_verify.arrangement.files import read_source
-from llfsm_verify.diagnostics import DiagnosticError, Span
-from llfsm_verify.language.scope import did_you_mean
-from llfsm_verify.language.types import decimal_text
-from llfsm_verify.program.program import Choice
-from llfsm_verify.runtime.deciding.logs import UNKNOWN
-from llfsm_verify.values import ValueProblem, choice_value
-from llfsm_verify.yaml.compose import compose
-from llfsm_verify.yaml.fields import Report
-from llfsm_verify.yaml.nodes import Mapping as MappingNode
-from llfsm_verify.yaml.nodes import Node, Scalar, mark
-from llfsm_verify.yaml.tables import (
-    FORMAT,
+from llfsm_verify import DiagnosticError
+from llfsm_verify.extensions.logs.codes import UNKNOWN
+from llfsm_verify.plug import (
+    FORMAT_KEY,
     TRUTHS,
     ByName,
+    Choice,
     Either,
     Field,
-    Schema,
+    MappingNode,
+    Node,
+    Report,
+    Scalar,
     Single,
+    Span,
     Table,
+    ValueProblem,
     Words,
+    choice_value,
+    compose,
+    decimal_text,
+    did_you_mean,
+    mark,
+    read_source,
     schema_of,
-)
+)  # fmt: skip
 
 _NAME = Single(("string", "number"))
 ROUND = ("never", "nearest")
@@ -61,7 +64,7 @@ TIME = Table(
 MAPPING = Table(
     "which column of a log gives which slot of an arrangement: `llfsm check-recording LOG --mapping FILE`",
     (
-        FORMAT,
+        FORMAT_KEY,
         Field(
             "columns",
             "the column of each slot: an input, a variable, an element of an array, or a machine, for its state",
@@ -159,7 +162,7 @@ def read_mapping(path: str, slots: Mapping[str, Choice]) -> LogMapping:
     return found
 
 
-def schema(name: str) -> Schema:
+def schema(name: str) -> dict[str, object]:
     """The JSON Schema of a mapping."""
     return schema_of(name, "Mapping of a log", MAPPING)
 

@@ -5,23 +5,27 @@ from __future__ import annotations
 from argparse import Namespace
 from typing import TYPE_CHECKING
 
-from llfsm_verify.cli.arguments import arrangement, output
-from llfsm_verify.cli.drawing_format import drawing_format
-from llfsm_verify.cli.io.files import ready, ready_beside, write_whole
-from llfsm_verify.cli.io.output import tell
-from llfsm_verify.cli.parser import Parser, UsageError
-from llfsm_verify.report.drawing import UNWRITABLE
-from llfsm_verify.report.drawing.formats import DRAWINGS
-from llfsm_verify.report.drawing.graph import Graph, summarise
+from llfsm_verify.plug import (
+    DRAWINGS,
+    NOT_DRAWN,
+    CommandParser,
+    UsageError,
+    arrangement_argument,
+    drawing_format,
+    output_argument,
+    ready,
+    ready_beside,
+    tell,
+    write_whole,
+)  # fmt: skip
 
 if TYPE_CHECKING:
-    from llfsm_verify.arrangement.model import Arrangement
-    from llfsm_verify.diagnostics import Span
+    from llfsm_verify.plug import Arrangement, Graph, Span
 
 MISFIT = 3
 
 
-def arguments(parser: Parser) -> None:
+def arguments(parser: CommandParser) -> None:
     """Add the arguments of `llfsm draw`."""
     parser.about(
         "Draw the arrangement (machines, whiteboard, schedule), one of its machines, or a saved trace on its machines.",
@@ -30,17 +34,17 @@ def arguments(parser: Parser) -> None:
         "cannot be written",
     )
     add = parser.add_argument
-    arrangement(parser)
+    arrangement_argument(parser)
     add("--machine", metavar="M", help="draw the states of this machine instance")
     add("--trace", metavar="FILE", help="mark on the machine, or on all, where this saved trace goes and how it ends")
     add("--format", choices=DRAWINGS, help="default: by the ending of FILE, else dot")
-    output(parser)
+    output_argument(parser)
 
 
 def run(options: Namespace) -> int:
     """Returns 0, 2 for wrong usage, 3 for a trace that does not fit; raises DiagnosticError: wrong files, no drawing
     library (E406), output not writable (E407)."""
-    from llfsm_verify.arrangement import load_arrangement
+    from llfsm_verify.plug import load_arrangement, summarise
 
     wanted = drawing_format(options.format, options.output)
     arrangement = load_arrangement(options.arrangement)
@@ -53,15 +57,15 @@ def run(options: Namespace) -> int:
     graph, note = summarise(graph)
     if note is not None:
         tell(note)
-    ready(arrangement, None, options.output, (UNWRITABLE, UNWRITABLE), "the drawing")
+    ready(arrangement, None, options.output, (NOT_DRAWN, NOT_DRAWN), "the drawing")
     text = DRAWINGS.load(wanted)(graph)
-    write_whole(text, options.output, UNWRITABLE, "the drawing")
+    write_whole(text, options.output, NOT_DRAWN, "the drawing")
     return 0
 
 
 def _graph(arrangement: Arrangement, options: Namespace) -> Graph | None:
     """What is to be drawn; None, which standard error explains, when the trace does not fit."""
-    from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
+    from llfsm_verify.plug import arrangement_graph, machine_graph
 
     if options.trace is not None:
         return _traced(arrangement, options)
@@ -71,10 +75,9 @@ def _graph(arrangement: Arrangement, options: Namespace) -> Graph | None:
 
 
 def _traced(arrangement: Arrangement, options: Namespace) -> Graph | None:
-    from llfsm_verify.report.drawing.traced import replayed_graph
-    from llfsm_verify.verification.replay import replay_file
+    from llfsm_verify.plug import replay_file, replayed_graph
 
-    ready_beside([options.trace], options.output, UNWRITABLE, "the drawing")
+    ready_beside([options.trace], options.output, NOT_DRAWN, "the drawing")
 
     def load(_: str, *, named_at: Span | None = None) -> Arrangement:
         del named_at  # the command line says which arrangement it is

@@ -12,11 +12,9 @@ from pathlib import Path
 from shlex import quote
 from string import Template
 
-from llfsm_verify.arrangement.formats import ending_of
-from llfsm_verify.cli.io.output import Output
-from llfsm_verify.cli.parser import Parser
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.files import publish, unfinished
+from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify.extensions.projects.codes import MISNAMED, OVERWRITTEN, UNWRITABLE
+from llfsm_verify.plug import CommandParser, Output, ending_of, publish, unfinished
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*", re.ASCII)
 ARRANGEMENT = "arrangement" + ending_of("arrangement")
@@ -26,7 +24,7 @@ NAMES = {"gitignore": ".gitignore"}
 """Templates whose files are called otherwise: our own git must not obey this one."""
 
 
-def arguments(parser: Parser) -> None:
+def arguments(parser: CommandParser) -> None:
     """Add the arguments of `llfsm init`."""
     parser.about(
         "Write a small arrangement with its properties and tests, all of which pass; overwrites nothing.",
@@ -48,14 +46,14 @@ def run(options: Namespace) -> int:
     """Write the project; 0. Raises DiagnosticError: a wrong name (E461), files that would be overwritten (E460),
     a folder that cannot be written (E462)."""
     if not options.directory:  # an unset variable of a shell, say
-        raise DiagnosticError(Diagnostic("E462", "the path of a folder is expected", file="<empty path>"))
+        raise DiagnosticError(Diagnostic(UNWRITABLE, "the path of a folder is expected", file="<empty path>"))
     folder = Path(options.directory)
     name = options.name if options.name is not None else folder.absolute().resolve().name
     if not NAME.fullmatch(name):
         where = "--name" if options.name is not None else str(folder)
         hint = "give one with --name: letters, digits, `_` and `-`, a letter or `_` first"
         raise DiagnosticError(
-            Diagnostic("E461", f"`{name[:80]}` is not a valid name for an arrangement", hint=hint, file=where)
+            Diagnostic(MISNAMED, f"`{name[:80]}` is not a valid name for an arrangement", hint=hint, file=where)
         )
     texts = _texts(name)
     if (folder / ".gitignore").exists():  # of a folder that is kept in git already
@@ -64,7 +62,7 @@ def run(options: Namespace) -> int:
     if there:
         message = f"this would overwrite {', '.join(there)}"
         hint = "name another folder, or move these files away"
-        raise DiagnosticError(Diagnostic("E460", message, hint=hint, file=str(folder)))
+        raise DiagnosticError(Diagnostic(OVERWRITTEN, message, hint=hint, file=str(folder)))
     _write(folder, texts)
     _tell(options.directory, texts)
     return 0
@@ -73,9 +71,7 @@ def run(options: Namespace) -> int:
 def _texts(name: str) -> dict[str, str]:
     """The files of the project with their texts."""
     module = name.replace("-", "_")
-    sources: list[Traversable] = [
-        source for source in (files("llfsm_verify.cli") / "templates").iterdir() if source.is_file()
-    ]
+    sources: list[Traversable] = [source for source in (files(__package__) / "templates").iterdir() if source.is_file()]
     texts = {}
     for source in sorted(sources, key=lambda source: source.name):
         file = f"test_{module}.py" if source.name == TESTS else NAMES.get(source.name, source.name)
@@ -105,7 +101,8 @@ def _write(folder: Path, texts: dict[str, str]) -> None:
             path.unlink(missing_ok=True)
         reason = error.strerror or "input/output error"
         message = f"the project cannot be written there: {reason}"
-        raise DiagnosticError(Diagnostic("E462", message, file=str(folder))) from None
+        hint = "name a new folder in a folder that is there and can be written"
+        raise DiagnosticError(Diagnostic(UNWRITABLE, message, hint=hint, file=str(folder))) from None
 
 
 def _tell(directory: str, texts: dict[str, str]) -> None:

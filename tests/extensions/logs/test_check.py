@@ -17,16 +17,17 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement
+from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.extensions.logs.check import LogReading
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.report.schema import SCHEMAS
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.runtime.deciding.letters import SlotLetters
-from llfsm_verify.runtime.deciding.logs.check import check_log
-from llfsm_verify.runtime.deciding.logs.formats import LOGS
-from llfsm_verify.runtime.deciding.recordings import check
+from llfsm_verify.runtime.deciding.logs import LOGS
+from llfsm_verify.runtime.deciding.recordings import Decided, check
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS
 from llfsm_verify.runtime.live.plan import plan
 from llfsm_verify.runtime.live.run import Run
@@ -53,6 +54,10 @@ machines:
   m: {inline: {machine: M, states: [{name: A, transitions: [{when: x, to: B}]}, {name: B}]}}
 schedule: [m]
 """
+
+
+def check_log(arrangement: Arrangement, properties: PropertySet, log: str, mapping: str, form: str) -> list[Decided]:
+    return LogReading(arrangement, properties, mapping, log).check(form)
 
 
 def agree(folder: Path, count: int, formats: tuple[str, ...]) -> None:

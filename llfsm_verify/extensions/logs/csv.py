@@ -7,11 +7,11 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from llfsm_verify.runtime.deciding.logs.formats import NoColumn, Row, Unreadable, Wanted
+from llfsm_verify.plug import NoColumn, Row, Unreadable, Wanted
 
 
 def read_csv(path: str, wanted: Wanted) -> Iterator[Row]:
-    """The rows; blanks around a cell do not count. Raises as `formats.LOGS` says."""
+    """The rows; blanks around a cell do not count. Raises as `plug.LOGS` says."""
     if wanted.topic is not None:
         raise NoColumn(wanted.topic, ())
     with Path(path).open(encoding="utf-8-sig", newline="") as file:

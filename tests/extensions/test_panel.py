@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import pytest
 
-from llfsm_verify.report.panel import Snapshot, panel
+from llfsm_verify.extensions.terminal.panel import Snapshot, panel
 from llfsm_verify.report.plain import plain_text
 from llfsm_verify.runtime.live.run import Lateness
 from tests.cli.running import LIGHTS, llfsm

@@ -9,17 +9,24 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from fractions import Fraction
 
-from llfsm_verify.checking.goals.goal import Goal
-from llfsm_verify.checking.replay.confirm import Letter
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.logic.formula import FALSE, TIMED, Formula, operators
-from llfsm_verify.logic.lasso import evaluate
-from llfsm_verify.logic.parsing.bounds import decimal
-from llfsm_verify.logic.stamps import Stamped, Unstamped
-from llfsm_verify.runtime.deciding.logs import UNREADABLE
-from llfsm_verify.runtime.deciding.logs.formats import Row
-from llfsm_verify.runtime.deciding.logs.mapping import NUMBER, LogMapping
-from llfsm_verify.runtime.deciding.recordings import Decided, Watch
+from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify.extensions.logs.codes import UNREADABLE
+from llfsm_verify.extensions.logs.mapping import NUMBER, LogMapping
+from llfsm_verify.plug import (
+    FALSE_FORMULA,
+    TIMED,
+    Decided,
+    Formula,
+    Goal,
+    Letter,
+    Row,
+    Stamped,
+    Unstamped,
+    Watch,
+    evaluate_formula,
+    exact_decimal,
+    operators,
+)  # fmt: skip
 
 _DATE = re.compile(
     r"(\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d)?)(?:(?<=:\d\d:\d\d)\.(\d{1,12}))?(Z|[+-]\d\d:?\d\d)?\Z", re.ASCII
@@ -72,8 +79,8 @@ class Times:
                 whole, _, zone = (_BEGINNING + timedelta(seconds=int(seconds))).isoformat().rpartition("+")
             except OverflowError:
                 return "after the year 9999"
-            return f"{whole}{decimal(rest)[1:]}+{zone}"
-        return ("-" if stamp < 0 else "") + decimal(abs(stamp) / self._mapping.unit)
+            return f"{whole}{exact_decimal(rest)[1:]}+{zone}"
+        return ("-" if stamp < 0 else "") + exact_decimal(abs(stamp) / self._mapping.unit)
 
     def _wrong(self, row: Row, problem: str, hint: str = HINT) -> DiagnosticError:
         message = f"{row.place}, column `{self._mapping.time}`: {problem}"
@@ -116,7 +123,7 @@ class StampedWatch(Watch):
         except Unstamped as why:
             self._parts, self.reason = [], str(why)
             return
-        broken = next((part for part in self._parts[1:] if part.rest is FALSE), None)
+        broken = next((part for part in self._parts[1:] if part.rest is FALSE_FORMULA), None)
         decisive = broken or (self._parts[0] if found[0] is not None else None)
         if decisive is not None:
             self.verdict = "violated" if broken is None and found[0] is False else "satisfied"
@@ -125,7 +132,7 @@ class StampedWatch(Watch):
     def decide_at_end(self, word: Sequence[Letter], delays: Sequence[Fraction], *, assumed: bool) -> None:
         """The last row repeats forever, after its own delay."""
         if self.verdict == "undecided" and self._formula is not None:
-            holds = evaluate(self._formula, word[:-1], word[-1:], delays)
+            holds = evaluate_formula(self._formula, word[:-1], word[-1:], delays)
             self.verdict = "violated" if assumed and not holds else "satisfied"
 
     def decided_at(self, times: Times, *, open_end: str) -> Decided:

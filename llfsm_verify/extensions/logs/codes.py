@@ -1,4 +1,4 @@
-"""Logs that others wrote: their columns become slots of an arrangement, and each row is a letter."""
+"""The codes of what is wrong with a log or its mapping."""
 
 CODES = {
     "E496": "A mapping of a log names a slot, a column or a value that does not exist.",
