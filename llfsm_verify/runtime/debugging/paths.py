@@ -13,7 +13,7 @@ from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.kripke.observing import atoms_at
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice, Get, Local, Program
-from llfsm_verify.program.trees import nodes
+from llfsm_verify.program.trees import distinct_nodes
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.recording.file import Recording, Turn
@@ -54,7 +54,7 @@ class Start:
             return first_letter(execution, Schedule(self.free, (), None))
         atoms = execution.program.atoms
         stored = {variable.name for variable in execution.program.vars if not variable.output}
-        parts = [node for atom in atoms for node in nodes(atom.expression)]
+        parts = [node for atom in atoms for node in distinct_nodes(atom.expression)]
         if any(isinstance(n, Local) or (isinstance(n, Get) and n.var not in stored) for n in parts):
             return None
         values = execution.layout.decode(self.record(execution))
