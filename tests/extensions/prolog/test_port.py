@@ -141,7 +141,11 @@ def test_the_loop_does_not_wait_for_a_query_that_never_ends(folder: Path) -> Non
     text = PORTS.replace("{go: go, seen: seen, now: now(Value), drive: drive}", "[n]").replace(
         "[level, mode, speed]", "[level]"
     )
-    text = text.replace("limit: 10s", "limit: 500ms").replace("stale", "safe\n    safe: {level: -3}")
+    text = (
+        text.replace("limit: 10s", "limit: 500ms")
+        .replace("stale", "safe\n    safe: {level: -3}")
+        .replace("values: {low: LOW}", "")
+    )
     with bench(*declared(text, folder)) as made:
         made.until((folder / "runs").exists)
         turns = 0
@@ -172,6 +176,7 @@ machines:
           internal: if (level < 200) level += 1;
           transitions: [{when: enough, to: DONE}]
         - {name: DONE}
+schedule: [m]
 """
 ENOUGH = "ports: {p: {kind: prolog, file: p.pl, limit: 10s, outputs: [level], inputs: [enough], on_failure: stale}}\n"
 
