@@ -1,4 +1,6 @@
 from llfsm_verify.analysis.coverage.result import Coverage
+from llfsm_verify.analysis.coverage.result import Judged as JudgedGoal
+from llfsm_verify.analysis.coverage.result import Status as CoverageStatus
 from llfsm_verify.analysis.coverage.running import ended as vector_ended
 from llfsm_verify.analysis.coverage.running import fault_of, field_names, record_of
 from llfsm_verify.analysis.coverage.search import find_vectors
@@ -219,10 +221,11 @@ from llfsm_verify.report.drawing import NO_LIBRARY as NO_GRAPHVIZ
 from llfsm_verify.report.drawing import UNWRITABLE as NOT_DRAWN
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.formats import DRAWINGS
-from llfsm_verify.report.drawing.graph import LEGEND, Graph, explained, summarise, with_legend
+from llfsm_verify.report.drawing.graph import LEGEND, Graph, explained, shorten, summarise, with_legend
 from llfsm_verify.report.drawing.graph import Edge as DrawnEdge
+from llfsm_verify.report.drawing.graph import EdgeKind as DrawnEdgeKind
+from llfsm_verify.report.drawing.graph import Mark as DrawnMark
 from llfsm_verify.report.drawing.graph import Node as DrawnNode
-from llfsm_verify.report.drawing.traced import replayed_graph
 from llfsm_verify.report.entry import ReportEntry
 from llfsm_verify.report.formats import REPORTS, Style, Written
 from llfsm_verify.report.lint import explain as lint_diagnostic
@@ -428,6 +431,7 @@ __all__ = [
     "CommandParser",
     "Const",
     "Coverage",
+    "CoverageStatus",
     "DebugAnswer",
     "DebugError",
     "DebugSession",
@@ -435,6 +439,8 @@ __all__ = [
     "Difference",
     "Draft",
     "DrawnEdge",
+    "DrawnEdgeKind",
+    "DrawnMark",
     "DrawnNode",
     "EarlyVerdicts",
     "Editor",
@@ -475,6 +481,7 @@ __all__ = [
     "Interpreter",
     "Ite",
     "Json",
+    "JudgedGoal",
     "Key",
     "Lateness",
     "Launch",
@@ -730,7 +737,6 @@ __all__ = [
     "refuse_delays",
     "repeat",
     "replay_file",
-    "replayed_graph",
     "resolve",
     "result_text",
     "resumed_text",
@@ -742,6 +748,7 @@ __all__ = [
     "schema_of",
     "sentences",
     "sequence",
+    "shorten",
     "shown_atom",
     "slots_of",
     "starting_values",

@@ -55,6 +55,7 @@ _HABITS = {
     "!": _NOT, "-": _NOT, "not": _NOT, "&": _AND, "and": _AND, "|": _EACH, "or": _EACH, "#": _COMMENT, "/": _COMMENT,
 }  # fmt: skip
 """What to write, by the word, or the beginning of it, that does not fit or stands before what does not."""
+_LONG = re.compile(r"([^\s`]{60})[^\s`]+")
 _Key = TypeVar("_Key", int, str)
 
 
@@ -76,7 +77,7 @@ def read_theory(source: Source) -> Theory:
     if reader.found:
         found = sorted(reader.found, key=lambda d: d.span.start if d.span else 0)
         raise DiagnosticError(found[:MAX_DIAGNOSTICS])
-    name = next(iter(reader.names), PurePath(source.name).stem)
+    name = reader.name or PurePath(source.name).stem
     superior = frozenset(reader.superior)
     return Theory(name, reader.inputs, tuple(reader.rules), superior, tuple(reader.outputs), source)
 
@@ -85,7 +86,7 @@ class _Reader:
     def __init__(self, source: Source) -> None:
         self.source = source
         self.found: list[Diagnostic] = []
-        self.names: dict[str, Span] = {}
+        self.name = ""
         self.inputs: dict[str, Span] = {}
         self.rules: list[Rule] = []
         self.outputs: list[Output] = []
@@ -131,12 +132,18 @@ class _Reader:
         if self._next.text != ".":
             last = self._tokens[self._at - 1].span
             said = self.source.text[start.span.start : last.end]
-            what = f"`{said}`" if len(said) <= 60 and "\n" not in said else "the statement"
+            short = len(said) <= 60 and "\n" not in said
+            what = f"`{said}`" if short else "the statement"
             if not self._begins() and self._next.kind != "end":
                 one = "a rule concludes one literal: write one for each" if self._next.text == "," else None
                 self._unfit(f"`.` after {what}", one)
             place = Span(self.source, last.end - 1, last.end)
-            self._say(codes.SYNTAX, f"a `.` is missing at the end of {what}", place, f"write `{said[-60:]}.`")
+            self._say(
+                codes.SYNTAX,
+                f"a `.` is missing at the end of {what}",
+                place,
+                f"write `{said}.`" if short else "write `.` there",
+            )
         else:
             self._at += 1
 
@@ -144,18 +151,16 @@ class _Reader:
         word = self._take("a statement", "name")
         if word.text not in _DECLARED:
             hint = near_names(word.text, list(_DECLARED)) or "the declarations are `name`, `input` and `output`"
-            self._say(codes.SYNTAX, f"`{word.text[:60]}` is not a declaration", word.span, hint)
+            self._say(codes.SYNTAX, f"`{word.text}` is not a declaration", word.span, hint)
             raise _Broken
         self._at += 1
         if word.text == "output":
             self._output()
         elif word.text == "name":
             name = self._take("the name of the theory", "name")
-            if self.names:
-                self._say(
-                    codes.TWICE, f"the theory has a name already, `{next(iter(self.names))}`", name.span, "keep one"
-                )
-            self.names[name.text] = name.span
+            if self.name:
+                self._say(codes.TWICE, f"the theory has a name already, `{self.name}`", name.span, "keep one of them")
+            self.name = self.name or name.text
         else:
             more = True
             while more:
@@ -172,17 +177,18 @@ class _Reader:
         untyped = letter.text != "b" and self._next.text in ("}", ",")
         atom = letter if untyped else self._take("the name of an output", "name")
         text = self._take("the name outside, in quotes", "text").text[1:-1] if self._comma() else atom.text
-        form = f'write `output {{b {atom.text}, "{text.strip() or atom.text}"}}.`'
+        named = text if text.strip() and text.isprintable() else atom.text
+        form = f'write `output {{b {atom.text}, "{named}"}}.`'
         if untyped:
             self._say(codes.OUTPUT, "the type of the output is missing", letter.span, form)
         elif letter.text != "b":
-            message = f"`{letter.text[:60]}` is not a type of outputs: the only one is `b`, for true or false"
+            message = f"`{letter.text}` is not a type of outputs: the only one is `b`, for true or false"
             self._say(codes.OUTPUT, message, letter.span, form)
-        if not text.strip():
-            self._say(codes.OUTPUT, "the name outside is empty", atom.span, form)
+        if named != text:
+            self._say(codes.OUTPUT, "the name outside is empty, or cannot be shown", atom.span, form)
         other = next((o for o in self.outputs if atom.text == o.atom or text == o.text), None)
         if other is not None:
-            twice = atom if atom.text == other.atom else atom._replace(text=text)
+            twice = atom if atom.text == other.atom else atom._replace(text=named)
             self._once({twice.text: other.span}, twice, "is an output", "remove one, or name it otherwise")
         self.outputs.append(Output(atom.text, text, atom.span))
 
@@ -198,10 +204,8 @@ class _Reader:
             self._take("`}` or `,`", "}")
         kind = _ARROWS.get(self._next.text)
         if kind is None:
-            fact = f"write `{{}} -> {body[0][0]}.` for what always holds" if len(body) == 1 else None
-            self._unfit(
-                f"{'`,` or ' if body else ''}an arrow (`->`, `=>`, `~>`)", fact if self._next.text == "." else None
-            )
+            fact = body and self._next.text == "." and f"write `{{}} -> {body[0][0]}.` for what always holds"
+            self._unfit(f"{'`,` or ' * bool(body)}an arrow (`->`, `=>`, `~>`)", fact or None)
         self._at += 1
         head, place = self._literal("the literal that the rule concludes")
         span = Span(self.source, start.span.start, place.end)
@@ -252,11 +256,13 @@ class _Reader:
         token = self._next
         words = (token.text, token.text[:1], self._tokens[self._at - 1].text if self._at else "")
         hint = hint or next((_HABITS[w] for w in words if w in _HABITS), "a rule is `C1: a, ~b => c.`")
-        written = "the file ends" if token.kind == "end" else f"there is `{token.text[:60]}`"
+        shown = f"`{token.text}`" if token.text.isprintable() else f"U+{ord(token.text[0]):04X}"
+        written = "the file ends" if token.kind == "end" else f"there is {shown}"
         self._say(codes.SYNTAX, f"{expected} is expected, and {written}", token.span, hint)
         raise _Broken
 
     def _say(self, code: str, message: str, span: Span, hint: str) -> None:
+        message, hint = (_LONG.sub(r"\1…", text) for text in (message, hint))
         self.found.append(Diagnostic(code, message, span, hint=hint))
 
     def _too_large(self, most: str, span: Span) -> NoReturn:
@@ -311,9 +317,9 @@ class _Reader:
             message = f"no rule can conclude `{literal}`, only rules for `{literal.complement}` are there"
             hint = f"add a rule for it, such as `{{}} => {literal}.` for what holds by default"
         else:
-            message = f"`{literal.atom[:60]}` is not an input, and no rule can conclude it"
+            message = f"`{literal.atom}` is not an input, and no rule can conclude it"
             near = did_you_mean(literal.atom, (one.atom for one in known))
-            hint = near or f"write `input {{{literal.atom[:60]}}}.`, or a rule for it"
+            hint = near or f"write `input {{{literal.atom}}}.`, or a rule for it"
         self._say(codes.UNKNOWN, message, span, hint)
 
     def _check_priorities(self) -> None:
@@ -321,8 +327,8 @@ class _Reader:
             numbers = [self._numbers.get(token.text) for token in pair]
             for token, number in zip(pair, numbers, strict=True):
                 if number is None and token.text not in self._of_broken and len(self.found) < MAX_DIAGNOSTICS:
-                    hint = did_you_mean(token.text, self._labels) or f"write `{token.text[:60]}: BODY => HEAD.`"
-                    self._say(codes.UNKNOWN_LABEL, f"no rule has the label `{token.text[:60]}`", token.span, hint)
+                    hint = did_you_mean(token.text, self._labels) or f"write `{token.text}: BODY => HEAD.`"
+                    self._say(codes.UNKNOWN_LABEL, f"no rule has the label `{token.text}`", token.span, hint)
             first, second = numbers
             if first is None or second is None:
                 continue
@@ -331,20 +337,16 @@ class _Reader:
             if first == second or one == other.complement:
                 self.superior.setdefault((first, second), span)
             else:
-                message = (
-                    f"`{pair[0].text}` and `{pair[1].text}` conclude `{one}` and `{other}`, which are not opposite"
-                )
+                message = f"these rules conclude `{one}` and `{other}`, which are not opposite"
                 self._say(codes.UNOPPOSED, message, span, "remove the priority: it would change nothing")
         weaker: dict[int, dict[int, None]] = {}
         for strong, weak in self.superior:
             weaker.setdefault(strong, {})[weak] = None
         for cycle in _cycles(weaker):
-            last = max(pairwise(cycle[::-1]), key=lambda pair: self.superior[pair].start)
-            at = cycle[:-1].index(last[0])
-            turned = [*cycle[at + 1 :], *cycle[1 : at + 1]][::-1]
-            labels = [self.rules[number].label for number in (*turned, turned[0])]
+            labels = [self.rules[number].label for number in reversed(cycle)]
             message = f"`{labels[0]}` is stronger than itself: {_shown(labels, ' > ')}"
-            self._say(codes.PRIORITY_CYCLE, message, self.superior[last], "remove one of these priorities")
+            last = max((self.superior[pair] for pair in pairwise(reversed(cycle))), key=lambda span: span.start)
+            self._say(codes.PRIORITY_CYCLE, message, last, "remove one of these priorities")
 
 
 def _cycles(after: dict[_Key, dict[_Key, None]]) -> Iterator[list[_Key]]:

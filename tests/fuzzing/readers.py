@@ -17,6 +17,7 @@ from tests.fuzzing.case import Case
 from tests.fuzzing.corpus import ATOMS, CORPUS, MAIN, Folder, trees
 from tests.fuzzing.mutating import NUMBERS, Words, mutate_bytes, mutate_gently, mutate_leaf, mutate_text, mutate_tree
 from tests.fuzzing.running import run_case
+from tests.knowledge.theories import random_theory
 
 LIMITS = ("--max-states", "200", "--timeout", "5")
 EXPLICIT = ("--engine", "explicit", *LIMITS)
@@ -442,6 +443,18 @@ def _checkpoint(random: Random) -> Case:
     return Case(command, _files(folder, c=data))
 
 
+def _theory(random: Random) -> Case:
+    """A random theory of plausible logic, with words of another one."""
+    text, other = (random_theory(random).text(random) for _ in range(2))
+    if random.random() < 0.4:
+        text = mutate_gently(random, text)
+    else:
+        text = mutate_text(random, text, Words(tuple(other.split()), (other,)))
+    asked = random.choice((("table", "a.d"), ("explain", "a.d", "a=true"), ("equivalent", "a.d", "b.d")))
+    more = random.choice(((), (), ("--format", "json"), ("--output", "p0")))
+    return Case(("knowledge", *asked, *more), (("a.d", _encoded(random, text)), ("b.d", other.encode())))
+
+
 # ---------------------------------------------------------------- whole folders, and options
 
 
@@ -521,6 +534,7 @@ READERS: dict[str, Reader] = {
     "invariants": _invariants,
     "certificates": _certificate,
     "checkpoints": _checkpoint,
+    "theories": _theory,
     "folders": _check,
     "options": _options,
 }

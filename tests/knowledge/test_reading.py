@@ -107,6 +107,20 @@ def test_nothing_is_said_that_only_follows_from_a_broken_statement() -> None:
     assert places("input {a}.\na => q.\noutput {b, q}.\n") == [("E570", 3)]
 
 
+def test_long_names_are_cut_in_messages() -> None:
+    name, other, broken = "x" * 5000, "y" * 5000, "z" * 5000
+    text = f"input {{a}}. {name}: a => q. {name}: {other} => a. {other} > {name}. {name} > {name}."
+    found = mistakes(f"{text} a => {name}. {name} => {name}. output {{{name} {name}}}. {broken} {{a}}. a => q")
+    assert {d.code for d in found} == {"E570", "E571", "E572", "E573", "E574", "E576", "E577", "E578"}
+    assert max(len(d.message) + len(d.hint or "") for d in found) < 500
+
+
+def test_characters_that_cannot_be_shown_are_named() -> None:
+    (first, second) = mistakes('input {a}.\na \x8f=> q.\na => q.\noutput {b q, "x\x85"}.\n')
+    assert first.message.endswith("and there is U+008F")
+    assert second.message.endswith("cannot be shown") and second.hint == 'write `output {b q, "q"}.`'
+
+
 @pytest.mark.parametrize(
     ("text", "lines"),
     [

@@ -51,7 +51,7 @@ WRONG = (
         "no rule has the label `Rule2`",
     ),
     Wrong(
-        "a priority of allies", f"{AB}R: a => q. S: b => q. §R > S.\n{END}", "E575", "`R` and `S` conclude `q` and `q`"
+        "a priority of allies", f"{AB}R: a => q. S: b => q. §R > S.\n{END}", "E575", "these rules conclude `q` and `q`"
     ),
     Wrong("a label twice", f"{AB}R: a => q.\n§R: b => q.\n{END}", "E576", "`R` labels a rule twice, first in line 2"),
     Wrong("an input twice", f"{AB}input {{c, §a}}.\nc => q.\n{END}", "E576", "`a` is an input twice, first in line 1"),

@@ -176,7 +176,7 @@ def _of(root: str, properties: tuple[str, ...], ports: str | None) -> Findings:
         found.add(draft.sources[:1], "arrangement")
         for source in draft.sources[1:]:
             kind = kind_of(source)
-            if kind == "policy" or kind == "theory":
+            if kind in {"policy", "theory"}:
                 found.add([source], kind)
         found.add(draft.sources[1:], "machine")
         arrangement = resolve(draft)
