@@ -173,6 +173,7 @@ class Bridge:
                 problems.append(f"{self._shown(place[0])}:{line}:{column}: {UNLOADABLE}: {what}")
             if kind == "halt":
                 break
+        problems = list(dict.fromkeys(problems))
         if problems:
             more = f" (and {len(problems) - 1} more)" if problems[1:] else ""
             raise _Unloadable(problems[0] + more)
