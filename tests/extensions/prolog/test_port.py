@@ -38,9 +38,9 @@ ports:
     on_failure: stale
 """
 WRONG = [
-    ("file: program.pl, outputs: {n: '§f(Colour)'}", "E581", "`f(Colour)` is no fact: it has the variable `Colour`"),
+    ("file: program.pl, outputs: {n: '§f(Colour)'}", "E581", "`f(Colour)` is not a fact: it has the variable `Colour`"),
     ("file: program.pl, outputs: {n: §m.S}", "E581", "a term cannot go on with `.S`"),
-    ("file: program.pl, inputs: {level: '§f(a'}, on_failure: stale", "E581", "is no query: a bracket is open"),
+    ("file: program.pl, inputs: {level: '§f(a'}, on_failure: stale", "E581", "is not a query: a bracket is open"),
     ("file: program.pl, inputs: {level: §a.}, on_failure: stale", "E581", "a term cannot go on with `.`"),
     ("file: §nowhere.pl, outputs: [n]", "E493", "there is no file `nowhere.pl`"),
     ("file: program.pl, limit: §fast, outputs: [n]", "E493", "`fast` is not a positive time"),
