@@ -18,7 +18,7 @@ from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
 from llfsm_verify.logic.syntax_names import TABLES
 from llfsm_verify.registry import Choices, Entry, Registry, Unregistered
 from llfsm_verify.report.codes import OF_OTHERS
-from llfsm_verify.report.drawing.formats import DRAWINGS
+from llfsm_verify.report.drawing.formats import DRAWINGS, GRAPHS
 from llfsm_verify.report.formats import REPORTS
 from llfsm_verify.report.schema import SCHEMAS
 from llfsm_verify.report.timeline.formats import TIMELINES
@@ -31,11 +31,11 @@ from tests.cli.running import LIGHTS, llfsm
 
 ALL: dict[str, Registry[object]] = {
     "access": REPORTS.access, "arrangements": ARRANGEMENTS, "automata": AUTOMATA, "codes": OF_OTHERS,
-    "commands": COMMANDS, "drawings": DRAWINGS, "engines": ENGINES, "lint": REPORTS.lint, "logs": LOGS,
-    "machines": MACHINES, "models": MODELS, "monitors": REPORTS.monitor, "simulations": REPORTS.simulation,
-    "oracles": ORACLES, "panels": PANELS, "policies": POLICIES, "ports": PORTS, "queries": REPORTS.query,
-    "readings": READINGS, "results": REPORTS.result, "schemas": SCHEMAS, "structures": STRUCTURES,
-    "syntaxes": TABLES, "timelines": TIMELINES, "writers": WRITERS,
+    "commands": COMMANDS, "drawings": DRAWINGS, "engines": ENGINES, "graphs": GRAPHS, "lint": REPORTS.lint,
+    "logs": LOGS, "machines": MACHINES, "models": MODELS, "monitors": REPORTS.monitor,
+    "simulations": REPORTS.simulation, "oracles": ORACLES, "panels": PANELS, "policies": POLICIES, "ports": PORTS,
+    "queries": REPORTS.query, "readings": READINGS, "results": REPORTS.result, "schemas": SCHEMAS,
+    "structures": STRUCTURES, "syntaxes": TABLES, "timelines": TIMELINES, "writers": WRITERS,
 }  # fmt: skip
 
 

@@ -136,10 +136,17 @@ def compare_in(arrangement: Arrangement, left: Fragment, right: Fragment, budget
             raise DiagnosticError(Diagnostic("E145", message, node.span, hint="leave it out on both sides"))
     program = lower(arrangement, atoms)
     inputs = [Var(i.name, i.type, i.init, Origin("input", labels=i.labels)) for i in program.inputs]
+    order = [w.variable.name for w in arrangement.whiteboard]
+    variables = sorted((*program.vars, *inputs), key=lambda v: (*order, _root(v.name)).index(_root(v.name)))
     conditions = [rebuilt(atom.expression, _stored) for atom in program.atoms]
     ways = [partial(evaluate, condition) for condition in conditions]
-    result = _compared((left, right), [*program.vars, *inputs], conditions, ways, budget)
+    result = _compared((left, right), variables, conditions, ways, budget)
     return replace(result, arrangement=arrangement.name)
+
+
+def _root(name: str) -> str:
+    """The variable of which something is a part: ``ball`` of ``ball.x`` and ``ball[0]``."""
+    return name.replace("[", ".").partition(".")[0]
 
 
 def _stored(node: Expr) -> Expr | None:

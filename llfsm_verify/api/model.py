@@ -44,7 +44,7 @@ from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.report.drawing import NO_LIBRARY
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
-from llfsm_verify.report.drawing.formats import DRAWINGS
+from llfsm_verify.report.drawing.formats import DRAWINGS, GRAPHS
 from llfsm_verify.report.drawing.graph import Graph, summarise
 from llfsm_verify.report.simulation import ending
 from llfsm_verify.runtime.stepping.drawing import drawing_of
@@ -415,15 +415,13 @@ class Model:
         return write(summarise(graph)[0])
 
     def _traced(self, machine: str | None, trace: RunView | str | Path) -> Graph:
-        from llfsm_verify.report.drawing.traced import replayed_graph, run_graph
-
         if isinstance(trace, RunView):
             if trace._arrangement.digest != self.wrapped.digest:
                 raise ValueError(f"the run is of another arrangement than this one, `{self.name}`")
             reaches = isinstance(trace, TraceView) and trace._of_query
-            return run_graph(self.wrapped, machine, trace.wrapped, trace._of(), reaches=reaches)
+            return GRAPHS.load("run")(self.wrapped, machine, trace.wrapped, trace._of(), reaches=reaches)
         done = replay_file(str(trace), self.path, lambda _path, /, *, named_at=None: self.wrapped)  # noqa: ARG005
-        graph = replayed_graph(self.wrapped, machine, done)
+        graph = GRAPHS.load("replayed")(self.wrapped, machine, done)
         if graph is None:
             raise DiagnosticError(Diagnostic("E411", f"the run {done.sentence}", file=str(trace)))
         return graph

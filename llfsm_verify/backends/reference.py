@@ -128,11 +128,15 @@ class _Held:
     type: Type
 
 
-def evaluate(expression: Expr, variables: Mapping[str, Value], locals_: Mapping[str, int]) -> int:
+def evaluate(
+    expression: Expr, variables: Mapping[str, Value], locals_: Mapping[str, int], *, shared: bool = False
+) -> int:
     """The value of an expression over persistent variables and outputs (`variables`) and locals.
 
-    Raises OverflowError when a value of type Unbounded leaves 64 bits.
+    `shared`: operations may stand in many places, and each is computed once. Raises OverflowError when a value of type
+    Unbounded leaves 64 bits.
     """
+    known: dict[int, int] = {}
     todo: list[Expr | _Apply | _Element | _Either | _Held] = [expression]
     done: list[int] = []
     while todo:
@@ -154,6 +158,8 @@ def evaluate(expression: Expr, variables: Mapping[str, Value], locals_: Mapping[
                 todo += [_Held(ite.type), ite.then if done.pop() else ite.otherwise]
             case _Held(kind):
                 done.append(_held(done.pop(), kind))
+            case Op() as operation if shared and id(operation) in known:
+                done.append(known[id(operation)])
             case Op() as operation:
                 todo += [_Apply(operation), *reversed(operation.args)]
             case _Apply(operation):
@@ -161,7 +167,8 @@ def evaluate(expression: Expr, variables: Mapping[str, Value], locals_: Mapping[
                 arguments = done[-count:]
                 del done[-count:]
                 kind = operation.type
-                done.append(_held(apply(operation, [_held(a, kind) for a in arguments]), kind))
+                known[id(operation)] = _held(apply(operation, [_held(a, kind) for a in arguments]), kind)
+                done.append(known[id(operation)])
     return done.pop()
 
 

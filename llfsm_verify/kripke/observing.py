@@ -31,7 +31,7 @@ def atoms_at(atoms: Iterable[Atom], values: Mapping[str, Value], inputs: Mapping
     found = {}
     for atom in atoms:
         try:
-            found[atom.name] = bool(evaluate(atom.expression, values, inputs))
+            found[atom.name] = bool(evaluate(atom.expression, values, inputs, shared=True))
         except OverflowError:
             raise AtomOverflow(atom.name) from None
     return found

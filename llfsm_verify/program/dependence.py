@@ -37,7 +37,7 @@ from llfsm_verify.program.trees import branches
 
 @dataclass(frozen=True, slots=True)
 class Uses:
-    """What evaluating an expression reads (names, with repetitions), and whether it can leave 64 bits."""
+    """What evaluating an expression reads (names, once or more often), and whether it can leave 64 bits."""
 
     variables: tuple[str, ...]
     locals: tuple[str, ...]
@@ -50,8 +50,12 @@ def uses(*expressions: Expr) -> Uses:
     names: list[str] = []
     fails = False
     stack: list[Expr] = list(expressions)
+    seen = set[int]()
     while stack:
         e = stack.pop()
+        if id(e) in seen:
+            continue
+        seen.add(id(e))
         if isinstance(e, Const):
             fails = fails or not INT64_MIN <= e.value <= INT64_MAX
         elif isinstance(e, Get):

@@ -29,7 +29,7 @@ from llfsm_verify.program.program import (
 )
 from llfsm_verify.program.symbolic import FAULT, BoundedDefinitions, Key, Values
 from llfsm_verify.program.terms import const, interval, is_wide, op
-from llfsm_verify.program.trees import children, distinct_nodes, nodes, rebuilt, statements
+from llfsm_verify.program.trees import children, distinct_nodes, nodes, spelt_out, statements
 
 PREFIX = "?"
 """Before the name of a choice in the local that stands for it."""
@@ -297,7 +297,7 @@ class _Terms:
         for leaf in leaves:
             if isinstance(leaf, Local) and asked is not None:
                 whole = self._whole_of(leaf)
-                yield from (Touched(_filled(question, f"input:{shown}", whole), "") for question in asked)
+                yield from (Touched(spelt_out(question, {f"input:{shown}": whole}), "") for question in asked)
             elif self._is_touched(leaf):
                 yield from self._terms(leaf, "")
 
@@ -334,10 +334,6 @@ def _asked(atoms: Iterable[Atom], local: str) -> tuple[Expr, ...] | None:
             else:
                 return None
     return tuple(found)
-
-
-def _filled(root: Expr, local: str, by: Expr) -> Expr:
-    return rebuilt(root, lambda e: by if isinstance(e, Local) and e.name == local else None)
 
 
 # ---------------------------------------------------------------- values that variables can have

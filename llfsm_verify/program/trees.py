@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
 from llfsm_verify.program.program import (
@@ -15,6 +15,7 @@ from llfsm_verify.program.program import (
     Int,
     Ite,
     Let,
+    Local,
     Op,
     Program,
     Set,
@@ -87,6 +88,11 @@ def rebuilt(root: Expr, change: Callable[[Expr], Expr | None]) -> Expr:
     return fold(root, visit)
 
 
+def spelt_out(root: Expr, locals_: Mapping[str, Expr]) -> Expr:
+    """The expression with these in place of locals, by their names; each is one object wherever it stands."""
+    return rebuilt(root, lambda node: locals_.get(node.name) if isinstance(node, Local) else None)
+
+
 def with_arguments(node: Expr, args: Sequence[Expr]) -> Expr:
     """The node with other arguments, as many."""
     match node:
@@ -118,6 +124,7 @@ def constant_of(root: Expr) -> int:
 
 
 def nodes(root: Expr) -> Iterator[Expr]:
+    """Every node, as often as it stands in the expression; see `distinct_nodes`."""
     stack = [root]
     while stack:
         node = stack.pop()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement, Machine
 from llfsm_verify.diagnostics import Span
-from llfsm_verify.program.program import Block, Choice, Expr, FaultSite, Int, Origin, Type, Var
+from llfsm_verify.program.program import Block, Choice, Expr, FaultSite, Int, Origin, Stmt, Type, Var
 from llfsm_verify.semantics.vocabulary import Control, InputScalar, Samples
 
 if TYPE_CHECKING:
@@ -46,6 +46,14 @@ class Context:
     """What a letter does to tell how it differs from the one before, inner ones first."""
     defined: dict[str, Expr] = field(default_factory=dict)
     """What the definitions of the formula that is lowered now are."""
+    found: dict[int, Expr] = field(default_factory=dict)
+    """By what is defined (its `id`) where the letter has it."""
+    known: list[Stmt] = field(default_factory=list)
+    """How the letter makes definitions of what theories say."""
+    spelt: dict[str, Expr] = field(default_factory=dict)
+    """These by the names of locals, each spelt out."""
+    shown: list[Stmt] = field(default_factory=list)
+    """The outputs of atoms."""
     entered: frozenset[str] = frozenset()
     """The machines whose entered flag atoms ask for, so that it stays as it is."""
     _reads: int = 0

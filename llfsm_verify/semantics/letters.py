@@ -47,15 +47,14 @@ from llfsm_verify.program.program import (
     Var,
 )
 from llfsm_verify.program.terms import FALSE, TRUE, TooWideError, conjunction, const, disjunction, get, ite, op
-from llfsm_verify.program.trees import constant_of, rebuilt
-from llfsm_verify.program.trees import nodes as expression_nodes
+from llfsm_verify.program.trees import constant_of, distinct_nodes, rebuilt, spelt_out
 from llfsm_verify.semantics.context import Context
 from llfsm_verify.semantics.cycle import in_turn
 from llfsm_verify.semantics.numbers import binary, choose, sides, too_wide, unary
 from llfsm_verify.semantics.queries import at_state, process_ended, query, while_loaded
 from llfsm_verify.semantics.samples import key_of, read_name, scalars_of, value_name
 from llfsm_verify.semantics.storage import leaves, machine_type
-from llfsm_verify.semantics.vocabulary import CYCLE, FIRST, RAN
+from llfsm_verify.semantics.vocabulary import CYCLE, FIRST, KNOWN, RAN
 from llfsm_verify.semantics.walk import constant_index, elements
 
 
@@ -115,20 +114,22 @@ def lower_atoms(context: Context, atoms: Sequence[Observed]) -> tuple[Atom, ...]
     for number, atom in enumerate(atoms):
         output = f"$atom.{number}"
         context.control_var(output, BOOL, 0, output=True)
-        result.append(Atom(atom.name, output, formula(context, atom.expression)))
+        value = formula(context, atom.expression)
+        context.shown.append(Set(output, None, value))
+        result.append(Atom(atom.name, output, spelt_out(value, context.spelt)))
     return tuple(result)
 
 
-def letter_block(context: Context, atoms: tuple[Atom, ...], fairness: list[Stmt]) -> Block:
+def letter_block(context: Context, fairness: list[Stmt]) -> Block:
     """Sample what the letter shows of the inputs, then set the outputs of atoms and fairness."""
     body: list[Stmt] = []
     for name in sorted(context.mentioned):
         body += _shown_input(context, name)
+    body += context.known
     body += [statement for edge in context.edges for statement in edge]
     if FIRST in context.variables:
         body.append(Set(FIRST, None, FALSE))
-    body += [Set(a.output, None, a.expression) for a in atoms]
-    return tuple(body + fairness)
+    return tuple(body + context.shown + fairness)
 
 
 def _shown_input(context: Context, name: str) -> list[Stmt]:
@@ -186,8 +187,8 @@ def _formula(context: Context, e: Expression, samples: Samples | None) -> Expr:
         return choose(condition, *sides(e, formula(context, e.then, samples), formula(context, e.otherwise, samples)))
     if isinstance(e, LetIn):
         for local, defined in e.definitions:
-            context.defined[local.key] = formula(context, defined, samples)
-        return formula(context, e.value, samples)
+            context.defined[local.key] = _known(context, defined)
+        return formula(context, e.value)
     if isinstance(e, ReadLocal):
         return context.defined[e.local.key]
     if isinstance(e, AtState):
@@ -201,6 +202,19 @@ def _formula(context: Context, e: Expression, samples: Samples | None) -> Expr:
     if isinstance(e, Edge):
         return _edge(context, e)
     raise AssertionError(f"a property cannot ask {e}")
+
+
+def _known(context: Context, e: Expression) -> Expr:
+    """A definition of what theories say, which the letter makes once."""
+    if id(e) not in context.found:
+        value = formula(context, e)
+        if not isinstance(value, (Const, Local)):
+            local = Local(f"{KNOWN}{len(context.known)}", value.type)
+            context.known.append(Let(local, value))
+            context.spelt[local.name] = spelt_out(value, context.spelt)
+            value = local
+        context.found[id(e)] = value
+    return context.found[id(e)]
 
 
 def _scalars(context: Context, e: Expression, samples: Samples | None) -> list[Expr]:
@@ -244,8 +258,8 @@ def _before(context: Context, value: Expr, span: Span) -> tuple[str, Expr]:
     it is of."""
     about = " ".join(span.text.split())
     name = f"$before.{sum(n.startswith('$before.') for n in context.variables)}"
-    first = rebuilt(value, lambda node: _first(context, node))
-    varies = any(isinstance(node, Get) for node in expression_nodes(first))
+    first = rebuilt(spelt_out(value, context.spelt), lambda node: _first(context, node))
+    varies = any(isinstance(node, Get) for node in distinct_nodes(first))
     start = None if varies else constant_of(first)
     if isinstance(value.type, Int) and value.type.high - value.type.low >> 64:
         message = f"`{about}` may have values that 64 bits do not hold, and no letter keeps more"

@@ -98,7 +98,7 @@ def _lowered(
     )
     lowered = lower_atoms(context, atoms)
     fairness, conditions = lower_fairness(context)
-    letter = letter_block(context, lowered, conditions)
+    letter = letter_block(context, conditions)
     observed: Block = (If(get(CYCLE, BOOL), letter),) if letter and arrangement.observe == "cycle" else letter
     return Program(
         name=arrangement.name,

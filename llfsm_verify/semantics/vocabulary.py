@@ -17,6 +17,8 @@ RAN, CYCLE, FIRED, SPENT = "$ran", "$cycle", "$fired", "$spent"
 """The outputs every step has; no name of a user begins so."""
 FIRST = "$first"
 """The variable that is true until the first letter after the initial one."""
+KNOWN = "known:"
+"""How the locals begin in which a letter has the definitions of what theories say."""
 
 Key = tuple[object, ...]
 

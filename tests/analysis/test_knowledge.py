@@ -37,7 +37,9 @@ whiteboard:
   u: {type: 0..15}
   whole: {type: int}
   shade: {type: Shade}
+  mood: {type: Shade, role: input}
   price: {type: Price, init: 0.5}
+  ball: {type: {record: {near: bool, hits: {array: 0..3, size: 2}}}}
   row: {type: {array: 0..3, size: 2}}
 machines: {a: {inline: {machine: A, variables: {own: {type: 0..3}}, states: [{name: S}]}}}
 schedule: [a]
@@ -178,6 +180,7 @@ def test_random_conditions_of_an_arrangement(arrangement_path: Path) -> None:
     [
         ("shade == DARK", "!(shade == LIGHT || shade == PALE)", None),
         ("shade == DARK", "shade != PALE", {"shade": "LIGHT"}),
+        ("mood == DARK", "mood != PALE", {"mood": "LIGHT"}),
         ("row[0] + row[1] > 5", "row[0] == 3 && row[1] == 3", None),
         ("row[1] > 2", "row[1] > 1", {"row[1]": 2}),
         ("a.own > 2", "a.own == 3", None),
@@ -186,6 +189,7 @@ def test_random_conditions_of_an_arrangement(arrangement_path: Path) -> None:
         ("whole > 4", "whole > 3", {"whole": 4}),
         ("whole < 9223372036854775807", "whole != 9223372036854775807", None),
         ("n < 4", "n < 5", {"n": 4}),
+        ("ball.hits[1] > 2", "ball.hits[1] > 1", {"ball.hits[1]": 2}),
         ("true", "false", {}),
     ],
 )
@@ -198,9 +202,10 @@ def test_values_of_all_types(left: str, right: str, told: Mapping[str, object] |
 def test_what_tells_them_apart_is_near_to_the_start(arrangement_path: Path) -> None:
     arrangement = load_arrangement(arrangement_path)
     found = compare_in(arrangement, fragment("n > 4 || m > 0 || q"), fragment("m > 0"), Budget(Limits()))
-    assert found.values == {"q": False, "m": 0, "n": 5}
-    found = compare_in(arrangement, fragment("n < 5 && u > 1 || n == 5 && u == 0"), fragment("false"), Budget(Limits()))
-    assert found.values["n"] == 5 and found.values["u"] == 0  # `u` comes first
+    assert found.values == {"q": False, "n": 5, "m": 0}
+    assert found.reads == ("q", "n", "m")  # as on the whiteboard
+    found = compare_in(arrangement, fragment("u > 1 && n < 5 && m < 1"), fragment("false"), Budget(Limits()))
+    assert (found.values["n"], found.values["m"]) == (4, 0)
 
 
 def test_a_model_that_does_not_tell_them_apart_is_a_disagreement() -> None:

@@ -4,8 +4,9 @@
       cook: {file: MicrowaveCook.d, inputs: {timeLeft: time_left > 0, doorOpen: door}}
 
 `cook` is then a condition in guards, actions and properties. An entry has the definitions of the entries that its
-inputs ask for, its inputs, the proofs of its theory, and its answer, so that a chain of theories stays linear. Of a
-theory only what the output depends on is evaluated: each input once wherever the entry is asked for. Messages:
+inputs ask for, in the order of the file, its inputs, the proofs of its theory, and its answer, so that a chain of
+theories stays linear. The inputs on which the output depends, through the bodies of rules, are evaluated wherever the
+entry is asked for: all of them, each once, in the order of the theory. Messages:
 
     a.yaml:5:45: error[E166]: theory `MicrowaveCook` has no input `doorOpn`
       hint: did you mean `doorOpen`?
@@ -174,14 +175,15 @@ class _EntryChecker:
         for name in (n for n in theory.inputs if n in needed or n in text.inputs):
             told, used = self._input(name, broken)
             fine = fine and told is not None
-            if told is not None and name in proof.inputs:
+            if told is not None and name in needed:
                 self.used |= dict(definition for entry in used for definition in entry.definitions)
                 inputs.append((self._local(name), told))
         if not fine:
             return None
         proofs = [(self._local(local.key), self._own(e)) for local, e in proof.definitions]
-        answer = typed.Local(text.name, BOOL)
-        definitions = (*self.used.items(), *inputs, *proofs, (answer, self._own(proof.value)))
+        answer, order = typed.Local(text.name, BOOL), list(self.scope.knowledge)
+        first = sorted(self.used.items(), key=lambda known: order.index(known[0].key.partition(".")[0]))
+        definitions = (*first, *inputs, *proofs, (answer, self._own(proof.value)))
         return typed.LetIn(definitions, typed.ReadLocal(answer, BOOL, text.span), BOOL, text.span)
 
     def _local(self, key: str) -> typed.Local:

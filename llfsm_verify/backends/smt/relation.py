@@ -30,7 +30,7 @@ from llfsm_verify.program.program import (
 )
 from llfsm_verify.program.symbolic import FAULT, BoundedDefinitions, Definitions, Key, Values, scalars
 from llfsm_verify.program.terms import const
-from llfsm_verify.program.trees import expressions, fold, nodes, ringlet, statements
+from llfsm_verify.program.trees import distinct_nodes, expressions, fold, ringlet, statements
 
 MAX_BITS = 10_000
 """Larger numbers are given to no solver. Python reads up to 4,300 digits, about 14,000 bits, from a model."""
@@ -50,7 +50,7 @@ def multiplies(expressions: Iterable[Expr]) -> bool:
     return any(
         isinstance(node, Op) and node.op == "mul" and isinstance(node.type, Unbounded)
         for e in expressions
-        for node in nodes(e)
+        for node in distinct_nodes(e)
     )
 
 
@@ -276,8 +276,8 @@ def is_bounded(program: Program) -> bool:
     for block in blocks:
         for s in statements(block):
             for e in expressions(s):
-                kinds |= {n.type for n in nodes(e)}
-    kinds |= {n.type for a in program.atoms for n in nodes(a.expression)}
+                kinds |= {n.type for n in distinct_nodes(e)}
+    kinds |= {n.type for a in program.atoms for n in distinct_nodes(a.expression)}
     return all(isinstance(k, Int) for k in kinds)
 
 

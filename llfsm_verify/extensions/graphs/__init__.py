@@ -21,6 +21,11 @@ ENTRIES = {
         Entry("svg", f"{__name__}.pictures:svg", SVG, (".svg",)),
         Entry("png", f"{__name__}.pictures:png", PNG, (".png",), binary=True),
     ),
+    "llfsm_verify.graphs": (
+        Entry("run", f"{__name__}.traced:run_graph", "a run on its machines"),
+        Entry("replayed", f"{__name__}.traced:replayed_graph", "a saved run on its machines"),
+        Entry("coverage", f"{__name__}.covered:coverage_graph", "what runs cover"),
+    ),
     "llfsm_verify.structures": (
         Entry("dot", f"{__name__}.structure_dot:dot", "a drawing", (".dot", ".gv")),
         Entry("graphml", f"{__name__}.graphml:graphml", "GraphML", (".graphml",)),

@@ -75,7 +75,8 @@ def _graph(arrangement: Arrangement, options: Namespace) -> Graph | None:
 
 
 def _traced(arrangement: Arrangement, options: Namespace) -> Graph | None:
-    from llfsm_verify.plug import replay_file, replayed_graph
+    from llfsm_verify.extensions.graphs.traced import replayed_graph
+    from llfsm_verify.plug import replay_file
 
     ready_beside([options.trace], options.output, NOT_DRAWN, "the drawing")
 

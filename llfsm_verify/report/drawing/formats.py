@@ -15,3 +15,7 @@ DRAWINGS: Registry[Callable[[Graph], str | bytes]] = Registry(
     (),
     "llfsm_verify.drawings",
 )
+GRAPHS: Registry[Callable[..., Graph]] = Registry("graph of runs", (), "llfsm_verify.graphs")
+"""What is drawn on machines: `run` (of an arrangement, a machine or None, a trace, what it shows, and `reaches`:
+whether it does not violate that), `replayed` (of an arrangement, a machine or None, and a `Replayed`; None: it does not
+fit), and `coverage` (of an arrangement and a `Coverage`)."""

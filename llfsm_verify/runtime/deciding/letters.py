@@ -10,10 +10,10 @@ from llfsm_verify.checking.replay.confirm import Letter
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.kripke.observing import atoms_at
 from llfsm_verify.logic.bounds import TICK
-from llfsm_verify.program.program import Choice, Const, Expr, Get, Local, Program, Set
-from llfsm_verify.program.trees import nodes, statements
+from llfsm_verify.program.program import Choice, Const, Expr, Get, Let, Local, Program, Set
+from llfsm_verify.program.trees import distinct_nodes, spelt_out, statements
 from llfsm_verify.runtime.live.slots import stored
-from llfsm_verify.semantics.vocabulary import FIRST
+from llfsm_verify.semantics.vocabulary import FIRST, KNOWN
 from llfsm_verify.values import Value
 
 INPUT = "input:"
@@ -43,7 +43,11 @@ class SlotLetters:
         self.needed = {name: tuple(dict.fromkeys(slots)) for name, slots in needed.items()}
         """The slots that each atom reads; what is no slot has the name that the step program gives it."""
         changed = (s for s in statements(program.letter) if isinstance(s, Set) and s.var.startswith((EDGE, BEFORE)))
-        self._edges = [(s.var, s.value) for s in changed]
+        known: dict[str, Expr] = {}
+        for s in statements(program.letter):
+            if isinstance(s, Let) and s.local.name.startswith(KNOWN):
+                known[s.local.name] = spelt_out(s.value, known)
+        self._edges = [(s.var, spelt_out(s.value, known)) for s in changed]
         """How this letter differs from the one before, and what is kept of it for the next one, in this order."""
         self._edge_needs: dict[str, list[str]] = {}
         kept: list[str] = []
@@ -85,7 +89,8 @@ class SlotLetters:
             first = not before
             variables |= {FIRST: int(first)} | {hidden: before.get(hidden, 0) for hidden, _ in self._edges}
             for hidden, value in self._edges:
-                number = 0 if first and hidden.startswith(EDGE) else evaluate(value, variables, inputs)
+                skipped = first and hidden.startswith(EDGE)
+                number = 0 if skipped else evaluate(value, variables, inputs, shared=True)
                 variables[hidden] = before[hidden] = number
         true = {name for name, holds in atoms_at(self._atoms, variables, inputs).items() if holds}
         return frozenset(true | {TICK}) if ticks and self.timed else frozenset(true)
@@ -94,7 +99,7 @@ class SlotLetters:
 def _needed(
     expression: Expr, slots: Mapping[tuple[str, int | None], str], lengths: Mapping[str, int | None]
 ) -> Iterator[str]:
-    for node in nodes(expression):
+    for node in distinct_nodes(expression):
         if isinstance(node, Local) and node.name.startswith(INPUT):
             yield node.name[len(INPUT) :]
         elif isinstance(node, Local):

@@ -19,7 +19,7 @@ from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
 from llfsm_verify.program.program import Local, Program
-from llfsm_verify.program.trees import nodes
+from llfsm_verify.program.trees import distinct_nodes
 from llfsm_verify.runtime.live.frame import STEPS
 from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.recording.file import Recording, Turn
@@ -71,7 +71,7 @@ def check(arrangement: Arrangement, properties: PropertySet, recording: Recordin
         run.run(performed(recording, code), ())  # once more: most recordings do not need their letters
         stem, loop = run.letters[:-1], run.letters[-1:]
         assumed = all(claim_of(p, problem.clock).true_on(stem, loop) for p in properties.assumptions)
-        parts = ((atom.name, node) for atom in program.atoms for node in nodes(atom.expression))
+        parts = ((atom.name, node) for atom in program.atoms for node in distinct_nodes(atom.expression))
         worldly = {name for name, node in parts if isinstance(node, Local) and node.name.startswith("input:")}
         given = {name for p in properties.assumptions for name in p.atoms}
         for watch in watches:

@@ -19,8 +19,7 @@ from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.limits import Limits
 from llfsm_verify.report.drawing import UNWRITABLE as NOT_DRAWN
-from llfsm_verify.report.drawing.covered import coverage_graph
-from llfsm_verify.report.drawing.formats import DRAWINGS
+from llfsm_verify.report.drawing.formats import DRAWINGS, GRAPHS
 from llfsm_verify.report.drawing.graph import summarise
 from llfsm_verify.report.formats import REPORTS, Style
 from llfsm_verify.runtime.live.plan import runnable, starting_values
@@ -54,7 +53,7 @@ def run(options: Namespace) -> int:
         write_whole(vectors_text(vectors.vectors), options.vectors, UNWRITABLE, WHAT)
     found = coverage(arrangement, seen, runs, limits)
     if options.draw is not None:
-        graph, note = summarise(coverage_graph(arrangement, found))
+        graph, note = summarise(GRAPHS.load("coverage")(arrangement, found))
         tell(*([] if note is None else [note]))
         write_whole(DRAWINGS.load(drawing)(graph), options.draw, NOT_DRAWN, "the drawing")
     output = Output(options.color, options.width)

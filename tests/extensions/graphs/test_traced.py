@@ -19,9 +19,9 @@ from llfsm_verify.checking.trace import Cause, Change, Trace, TraceStep
 from llfsm_verify.extensions.graphs.dot import dot
 from llfsm_verify.extensions.graphs.mermaid import mermaid
 from llfsm_verify.extensions.graphs.pictures import svg
+from llfsm_verify.extensions.graphs.traced import DrawnRun, traced_graph
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.drawing.graph import Edge, Graph, Node, with_legend
-from llfsm_verify.report.drawing.traced import DrawnRun, traced_graph
 from llfsm_verify.runtime.stepping.random_run import RandomRun, Script
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import Document, arrangements

@@ -5,21 +5,30 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from llfsm_verify.analysis.coverage.result import Coverage, Judged, Status
-from llfsm_verify.arrangement.model import Arrangement, Machine
-from llfsm_verify.report.drawing.extract import machine_graph
-from llfsm_verify.report.drawing.graph import Edge, EdgeKind, Graph, Mark, Node
+from llfsm_verify.plug import (
+    Arrangement,
+    Coverage,
+    CoverageStatus,
+    DrawnEdge,
+    DrawnEdgeKind,
+    DrawnMark,
+    DrawnNode,
+    Graph,
+    JudgedGoal,
+    Machine,
+    machine_graph,
+)  # fmt: skip
 
-LEGEND: tuple[tuple[EdgeKind, str], ...] = (
+LEGEND: tuple[tuple[DrawnEdgeKind, str], ...] = (
     ("covered", "covered"),
     ("uncovered", "not covered, reachable"),
     ("unreachable", "unreachable, proved"),
     ("unknown", "unknown"),
 )
-EDGES: dict[Status, EdgeKind] = {
+EDGES: dict[CoverageStatus, DrawnEdgeKind] = {
     "covered": "covered", "reachable": "uncovered", "unreachable": "unreachable", "unknown": "unknown",
 }  # fmt: skip
-MARKS: dict[Status, Mark] = {
+MARKS: dict[CoverageStatus, DrawnMark] = {
     "covered": "visited", "reachable": "uncovered", "unreachable": "unreachable", "unknown": "unknown",
 }  # fmt: skip
 Place = tuple[str, int, int]
@@ -29,12 +38,12 @@ Place = tuple[str, int, int]
 def coverage_graph(arrangement: Arrangement, found: Coverage) -> Graph:
     """All machines, a group each; a state and a transition say what is known of them, and of guards which outcome and
     which conditions are missing."""
-    goals: dict[Place, list[Judged]] = {}
+    goals: dict[Place, list[JudgedGoal]] = {}
     for judged in found.goals:
         goal = judged.goal
         goals.setdefault((goal.machine, goal.state, goal.number), []).append(judged)
-    nodes: list[Node] = []
-    edges: list[Edge] = []
+    nodes: list[DrawnNode] = []
+    edges: list[DrawnEdge] = []
     machines = [m for m in arrangement.machines if m.name not in found.modelled]
     for number, machine in enumerate(machines):
         drawn = machine_graph(machine)
@@ -48,7 +57,7 @@ def coverage_graph(arrangement: Arrangement, found: Coverage) -> Graph:
     return Graph(f"{arrangement.name}, coverage", tuple(nodes), tuple(edges), "machine", LEGEND)
 
 
-def _nodes(machine: Machine, drawn: Graph, goals: Mapping[Place, Sequence[Judged]]) -> Iterator[Node]:
+def _nodes(machine: Machine, drawn: Graph, goals: Mapping[Place, Sequence[JudgedGoal]]) -> Iterator[DrawnNode]:
     states = {f"s{index}": index for index in range(len(machine.states))}
     for node in drawn.nodes:
         if node.key not in states:
@@ -58,7 +67,7 @@ def _nodes(machine: Machine, drawn: Graph, goals: Mapping[Place, Sequence[Judged
         yield replace(node, mark=MARKS[judged.status], lines=(*node.lines, _word(judged.status)))
 
 
-def _edges(machine: Machine, drawn: Graph, goals: Mapping[Place, Sequence[Judged]]) -> Iterator[Edge]:
+def _edges(machine: Machine, drawn: Graph, goals: Mapping[Place, Sequence[JudgedGoal]]) -> Iterator[DrawnEdge]:
     start, *edges = drawn.edges
     yield start
     places = [(index, number) for index, state in enumerate(machine.states) for number in range(len(state.transitions))]
@@ -69,11 +78,11 @@ def _edges(machine: Machine, drawn: Graph, goals: Mapping[Place, Sequence[Judged
         yield replace(edge, kind=EDGES[taken.status], label=label)
 
 
-def _word(status: Status) -> str:
+def _word(status: CoverageStatus) -> str:
     return "not covered" if status == "reachable" else status
 
 
-def _missing(judged: Sequence[Judged]) -> Iterator[str]:
+def _missing(judged: Sequence[JudgedGoal]) -> Iterator[str]:
     """Of a guard: what else of it is not covered."""
     for one in judged:
         if one.status == "covered":

@@ -5,13 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from llfsm_verify.arrangement.model import Arrangement, Machine
-from llfsm_verify.checking.trace import Trace
-from llfsm_verify.report.drawing.extract import machine_graph
-from llfsm_verify.report.drawing.graph import Edge, EdgeKind, Graph, Mark, Node, shorten
-from llfsm_verify.verification.replay import Replayed
+from llfsm_verify.plug import (
+    Arrangement,
+    DrawnEdge,
+    DrawnEdgeKind,
+    DrawnMark,
+    DrawnNode,
+    Graph,
+    Machine,
+    Replayed,
+    Trace,
+    machine_graph,
+    shorten,
+)  # fmt: skip
 
-LEGEND: tuple[tuple[EdgeKind, str], ...] = (
+LEGEND: tuple[tuple[DrawnEdgeKind, str], ...] = (
     ("taken", "fired"),
     ("forever", "fires forever"),
     ("violating", "fired in the last step"),
@@ -82,8 +90,8 @@ def run_graph(arrangement: Arrangement, machine: str | None, trace: Trace, about
 
 def traced_graph(machines: Sequence[Machine], run: DrawnRun, title: str) -> Graph:
     """These machines with the run drawn on them; several are a group each."""
-    nodes: list[Node] = []
-    edges: list[Edge] = []
+    nodes: list[DrawnNode] = []
+    edges: list[DrawnEdge] = []
     for number, machine in enumerate(machines):
         drawn = machine_graph(machine)
         path = _path(machine, run)
@@ -115,19 +123,19 @@ def _path(machine: Machine, run: DrawnRun) -> _Path:
     return _Path(spent, fired, frozenset(seen), frozenset(forever), state)
 
 
-def _nodes(machine: Machine, drawn: Graph, path: _Path) -> tuple[Node, ...]:
+def _nodes(machine: Machine, drawn: Graph, path: _Path) -> tuple[DrawnNode, ...]:
     """Those of the drawing, and the implicit suspend state where the machine was in it."""
     if machine.suspend is None and SUSPEND in path.seen:
-        return (*drawn.nodes, Node("suspend", SUSPEND, (), "suspend"))
+        return (*drawn.nodes, DrawnNode("suspend", SUSPEND, (), "suspend"))
     return drawn.nodes
 
 
-def _marked(node: Node, path: _Path, run: DrawnRun, machine: str) -> Node:
+def _marked(node: DrawnNode, path: _Path, run: DrawnRun, machine: str) -> DrawnNode:
     if node.kind == "initial":
         return node
     if node.title not in path.seen:
         return replace(node, mark="unvisited")
-    mark: Mark = "visited"
+    mark: DrawnMark = "visited"
     lines = [_steps(path.spent[node.title])] if node.title in path.spent else []
     if node.title in path.forever:
         mark = "forever"
@@ -142,7 +150,7 @@ def _marked(node: Node, path: _Path, run: DrawnRun, machine: str) -> Node:
     return replace(node, mark=mark, lines=(*node.lines, *lines))
 
 
-def _edges(machine: Machine, drawn: Graph, path: _Path, run: DrawnRun) -> Iterator[Edge]:
+def _edges(machine: Machine, drawn: Graph, path: _Path, run: DrawnRun) -> Iterator[DrawnEdge]:
     """Those of the drawing: the start, and the transitions in their order."""
     start, *edges = drawn.edges
     yield start
@@ -154,7 +162,7 @@ def _edges(machine: Machine, drawn: Graph, path: _Path, run: DrawnRun) -> Iterat
     for number, (edge, text) in enumerate(zip(edges, texts, strict=True)):
         # Of two that read the same, the first one fires.
         steps = path.fired.get(text, []) if texts.index(text) == number else []
-        kind: EdgeKind = "taken" if steps else "untaken"
+        kind: DrawnEdgeKind = "taken" if steps else "untaken"
         words = f"\n{_steps(steps)}" if steps else ""
         if steps and run.loop is not None and steps[-1] > run.loop:
             kind, words = "forever", f"{words}, forever"

@@ -1,0 +1,173 @@
+"""The kind `prolog`: what its file says, looked at before SWI-Prolog is started."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify.extensions.prolog.codes import NO_PROLOG, NO_TERM
+from llfsm_verify.extensions.prolog.terms import VALUE, NoTerm, Term, term
+from llfsm_verify.plug import (
+    CHILD_FIELDS,
+    WRONG_PORT,
+    Field,
+    Json,
+    Link,
+    MappingNode,
+    Node,
+    Port,
+    PortKind,
+    ProcessSettings,
+    Report,
+    Scalar,
+    Sequence,
+    Single,
+    Source,
+    Span,
+    Started,
+    Table,
+    Unopened,
+    mark,
+    patience_of,
+)
+
+LIMIT = 100
+"""Milliseconds of a query."""
+_PLACED = re.compile(
+    r"(?:`.*?`: )?(?P<file>.*?):(?P<line>\d+):(?P<column>\d+): (?P<code>E58\d): (?P<why>.*)", re.DOTALL
+)
+"""How the bridge says what is wrong with a program; of a term of the file of ports, `file` is the term."""
+
+
+class Prolog(PortKind):
+    """See the docstring of the folder."""
+
+    table = Table(
+        "a Prolog program, which SWI-Prolog runs: outputs are its facts, and answers to queries are inputs",
+        (
+            Field("file", "the program", Single(("string",)), required=True),
+            Field("limit", f"how long each query may take; the default is `{LIMIT}ms`", Single(("string",))),
+            Field("every", "how often queries are asked again while no fact changes", Single(("string",))),
+            *CHILD_FIELDS,
+        ),
+    )
+    keys, required = table.keys, table.required
+
+    def settings(self, report: Report, found: Mapping[str, Node], what: str, folder: str) -> Started | None:
+        """See `Kind`."""
+        before = len(report.diagnostics)
+        file = report.scalar(found["file"], "`file`")
+        times = {key: report.time(found.get(key), f"`{key}`", WRONG_PORT) for key in ("limit", "every")}
+        timing = patience_of(report, found, what)
+        path = Path(folder, file.text).absolute() if file is not None and "\0" not in file.text else None
+        if file is not None and (path is None or not path.is_file()):
+            report.error(WRONG_PORT, f"there is no file `{file.text[:60]}`", mark(file), "name a Prolog program")
+        facts = dict(_terms(report, found.get("outputs"), "fact"))
+        queries = dict(_terms(report, found.get("inputs"), "query"))
+        if len(report.diagnostics) > before or timing is None or path is None:
+            return None
+        limit = times["limit"]
+        told: dict[str, Json] = {
+            "file": str(path), "limit": float(LIMIT if limit is None else limit) / 1000,
+            "every": None if times["every"] is None else float(times["every"]) / 1000,
+            "values": dict(_texts(found.get("values"))), "patience": timing[0], "restart": timing[1],
+        }  # fmt: skip
+        at = mark(found["kind"])
+        run = (sys.executable, "-P", "-m", "llfsm_verify.extensions.prolog.bridge")
+
+        def start(link: Link) -> Port:
+            if shutil.which("swipl") is None:
+                hint = "install it: on Debian, apt-get install swi-prolog-nox"
+                raise DiagnosticError(
+                    Diagnostic(NO_PROLOG, f"{what} needs SWI-Prolog, the program `swipl`", at, hint=hint)
+                )
+            types = link.hello({})
+            terms = {
+                "facts": _typed(facts, types["outputs"], "fact"),
+                "queries": _typed(queries, types["inputs"], "query"),
+            }
+            settings = ProcessSettings(
+                run, str(Path(folder).resolve()), told | terms, *timing, hint="correct the program"
+            )
+            try:
+                return settings.started.start(link)
+            except Unopened as problem:
+                placed = _PLACED.match(str(problem))
+                if placed is None:
+                    raise Unopened(str(problem).partition("`: ")[2] or str(problem), problem.hint) from None
+                raise DiagnosticError(
+                    _diagnostic(placed, {text: one.span for text, (one, _) in (facts | queries).items()}, folder)
+                ) from None
+
+        return Started(start)
+
+
+Terms = Mapping[str, tuple[Scalar, Term]]
+"""By their texts: where they are written, and what they are."""
+
+
+def _terms(report: Report, node: Node | None, what: str) -> Iterator[tuple[str, tuple[Scalar, Term]]]:
+    values = [value for _, value in node.items] if isinstance(node, MappingNode) else []
+    values += list(node.items) if isinstance(node, Sequence) else []
+    for scalar in (value for value in values if isinstance(value, Scalar)):  # of others it was said
+        try:
+            found = term(scalar.text)
+            others = sorted(found.variables - {VALUE}) if what == "fact" else []
+            if others:
+                raise NoTerm(f"it has the variable `{others[0]}`")
+            yield scalar.text, (scalar, found)
+        except NoTerm as why:
+            hint = f"write a name, or one such as `light(ns, {VALUE})`, with `{VALUE}` for the value"
+            report.error(NO_TERM, f"`{scalar.text[:60]}` is no {what}: {why}", mark(scalar), hint)
+
+
+def _typed(terms: Terms, types: Json, what: str) -> Json:
+    """The terms as Prolog reads them. DiagnosticError: one has no `Value`, and is no truth value."""
+    found: dict[str, Json] = {}
+    assert isinstance(types, dict)
+    for field, (scalar, made) in terms.items():
+        one, of = made, types[field]
+        if not (isinstance(of, dict) and of["boolean"]) and VALUE not in made.variables:
+            one = made.asks_value()
+            if not made.bare:
+                message = f"`{field[:60]}` has no `{VALUE}`, and is the {what} of a number or an enumerator"
+                raise DiagnosticError(Diagnostic(NO_TERM, message, scalar.span, hint=f"write `{VALUE}` for the value"))
+        found[field] = one.text
+    return found
+
+
+def _texts(node: Node | None) -> Iterator[tuple[str, str]]:
+    for key, value in node.items if isinstance(node, MappingNode) else ():
+        if isinstance(value, Scalar):
+            yield key.text, value.text
+
+
+def _diagnostic(placed: re.Match[str], terms: Mapping[str, Span], folder: str) -> Diagnostic:
+    """What the bridge has said, at its place."""
+    file, line, column, why = placed["file"], int(placed["line"]), int(placed["column"]), placed["why"].strip()
+    hint = "correct the program"
+    if "is not defined" in why:
+        hint = "define it, or write `:- dynamic NAME/ARITY.` where that comes later"
+    elif "has clauses" in why:
+        hint = "leave its clauses out, or give the fact another name in the file of ports"
+    if file in terms:
+        return Diagnostic(
+            placed["code"], f"`{file}`: {why}", terms[file], hint="define it in the program, or write another name"
+        )
+    path = Path(folder, file)
+    try:
+        source = Source(str(path), path.read_text(encoding="utf-8", errors="replace"))
+    except OSError:
+        return Diagnostic(placed["code"], why, file=str(path), hint=hint)
+    lines = source.text.splitlines(keepends=True)
+    start = sum(map(len, lines[: line - 1])) + max(0, column - 1)
+    if not line:
+        return Diagnostic(placed["code"], why, file=str(path), hint=hint)
+    return Diagnostic(placed["code"], why, Span(source, start, min(start + 1, len(source.text))), hint=hint)
+
+
+KIND = Prolog()

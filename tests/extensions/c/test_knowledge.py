@@ -1,0 +1,31 @@
+"""Arrangements that ask theories do in C what they do in the executor, which does what truth tables say."""
+
+from __future__ import annotations
+
+from collections import Counter
+from random import Random
+
+import pytest
+
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.targets.images import image_of
+from tests.extensions.c.compiled import needs_gcc
+from tests.extensions.c.test_arrangements import walk
+from tests.knowledge.asking import asking
+from tests.quick import FRESH, examples
+
+
+@needs_gcc
+@pytest.mark.slow
+def test_theories_in_c() -> None:
+    tally = Counter[str]()
+    for number in range(examples(60)):
+        random = Random() if FRESH else Random(number)
+        try:
+            arrangement = image_of(asking(random).inlined)
+        except DiagnosticError:
+            tally["refused"] += 1
+            continue
+        walk(arrangement, random, tally)
+    assert {"a fault", "done"} <= tally.keys()
+    assert tally["refused"] < tally["done"]
