@@ -82,8 +82,8 @@ told(E, Text) :-
 user:message_hook(Message, Kind, _) :-
     memberchk(Kind, [error, warning]),
     loading(Out),
-    (   Message = error(syntax_error(E), file(File, Line, Column, _))
-    ->  told(error(syntax_error(E), _), Text), Place = File-Line-Column
+    (   Message = error(syntax_error(E), file(File, Line, Before, _))
+    ->  told(error(syntax_error(E), _), Text), Column is Before + 1, Place = File-Line-Column
     ;   told(Message, Text), (source_location(File, Line) -> Place = File-Line-0 ; Place = ''-0-0)
     ),
     reply(Out, Kind, Place, Text).
