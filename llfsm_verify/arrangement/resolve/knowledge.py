@@ -4,9 +4,9 @@
       cook: {file: MicrowaveCook.d, inputs: {timeLeft: time_left > 0, doorOpen: door}}
 
 `cook` is then a condition in guards, actions and properties. An entry has the definitions of the entries that its
-inputs ask for, in the order of the file, its inputs, the proofs of its theory, and its answer, so that a chain of theories stays linear. The
-inputs on which the output depends, through the bodies of rules, are evaluated wherever the entry is asked for: all of
-them, each once, in the order of the theory. Messages:
+inputs ask for, in the order of the file, its inputs, the proofs of its theory, and its answer, so that a chain of
+theories stays linear. The inputs on which the output depends, through the bodies of rules, are evaluated wherever the
+entry is asked for: all of them, each once, in the order of the theory. Messages:
 
     a.yaml:5:45: error[E166]: theory `MicrowaveCook` has no input `doorOpn`
       hint: did you mean `doorOpen`?
