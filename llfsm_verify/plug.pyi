@@ -31,7 +31,7 @@ from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, 
 from llfsm_verify.arrangement.granting import policy_digest
 from llfsm_verify.arrangement.kinds import kind_of
 from llfsm_verify.arrangement.loader import load_arrangement
-from llfsm_verify.arrangement.model import Arrangement, Machine
+from llfsm_verify.arrangement.model import ACTION_KINDS, Arrangement, Machine
 from llfsm_verify.arrangement.plants import PLANTS, Plant, UsedPlant
 from llfsm_verify.arrangement.plants import Site as PlantSite
 from llfsm_verify.arrangement.requests import Request
@@ -46,9 +46,10 @@ from llfsm_verify.automata.omega.moves import Lazy, moves_of
 from llfsm_verify.automata.omega.products import is_deterministic
 from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.backends.native.executor import ENDED as PROGRAM_ENDED
-from llfsm_verify.backends.native.executor import NativeProgram
+from llfsm_verify.backends.native.executor import NativeProgram, StepResult
 from llfsm_verify.backends.native.layout import BitField, Layout
 from llfsm_verify.backends.reference import Interpreter, evaluate
+from llfsm_verify.backends.reference import Outcome as StepOutcome
 from llfsm_verify.checking.claims import add_premises, claim_of
 from llfsm_verify.checking.doubts import doubts
 from llfsm_verify.checking.engine import Answer, Given, Holds, Session, Unknown, Violated
@@ -64,6 +65,8 @@ from llfsm_verify.checking.engine_option import (
 )
 from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of, mask
 from llfsm_verify.checking.goals.kinds import goals_of
+from llfsm_verify.checking.monitors import WORDS as VERDICT_WORDS
+from llfsm_verify.checking.monitors import monitors_of
 from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.replay.confirm import Letter, Schedule
 from llfsm_verify.checking.replay.execution import Execution
@@ -77,11 +80,20 @@ from llfsm_verify.checking.verdict import (
     Result,
     Verdict,
 )
+from llfsm_verify.cli.arguments import DRAWN as DRAWN_VALUES
 from llfsm_verify.cli.arguments import arrangement as arrangement_argument
+from llfsm_verify.cli.arguments import (
+    assignments,
+    drawn_inputs,
+    other_arrangement,
+    property_files,
+    property_lines,
+    repeatable,
+)
 from llfsm_verify.cli.arguments import engine as engine_argument
 from llfsm_verify.cli.arguments import memory_and_timeout as limit_arguments
-from llfsm_verify.cli.arguments import other_arrangement, property_files, property_lines
 from llfsm_verify.cli.arguments import output as output_argument
+from llfsm_verify.cli.arguments import positive as positive_number
 from llfsm_verify.cli.certificates import write_certificate
 from llfsm_verify.cli.commands import COMMANDS
 from llfsm_verify.cli.commands.check.run import find_owners, is_arrangement, properties_beside
@@ -93,9 +105,10 @@ from llfsm_verify.cli.io.standard_error import Unhurried
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.opening import limits_of, open_draft, told
 from llfsm_verify.cli.opening import read_properties as asked_properties
-from llfsm_verify.cli.parser import CommandEntry, UsageError
+from llfsm_verify.cli.parser import CommandEntry, UsageError, wrong_usage
 from llfsm_verify.cli.parser import Parser as CommandParser
-from llfsm_verify.diagnostics import Fragment, Source, Span, counted
+from llfsm_verify.collector import do_more_tasks
+from llfsm_verify.diagnostics import Fragment, Source, Span, counted, without_controls
 from llfsm_verify.files import UNSAVED, publish, unfinished
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
@@ -113,7 +126,7 @@ from llfsm_verify.kripke.export.rows import (
 from llfsm_verify.kripke.export.specification import Specification
 from llfsm_verify.kripke.observing import Observer, observed_outputs
 from llfsm_verify.kripke.steps import Step
-from llfsm_verify.language.scope import CALLS, did_you_mean, near_names
+from llfsm_verify.language.scope import CALLS, IMPLICIT_SUSPEND, did_you_mean, near_names
 from llfsm_verify.language.typed import IfElse
 from llfsm_verify.language.types import decimal_text
 from llfsm_verify.limits import LimitReached, Limits, reached, tick
@@ -140,6 +153,7 @@ from llfsm_verify.logic.formula import (
     conjunction,
     depth,
     disjunction,
+    is_boolean,
     mapped,
     negation,
     operators,
@@ -152,9 +166,9 @@ from llfsm_verify.logic.lines import has_header
 from llfsm_verify.logic.parsing.bounds import decimal as exact_decimal
 from llfsm_verify.logic.parsing.delays import refuse_delays
 from llfsm_verify.logic.parsing.formulas import MAX_DEPTH, Parsed
-from llfsm_verify.logic.parsing.tokens import MAX_TOKENS
+from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, tokenise
 from llfsm_verify.logic.parsing.words import atom_place
-from llfsm_verify.logic.properties import PropertySet, asked_text, parse_properties
+from llfsm_verify.logic.properties import Property, PropertySet, asked_text, parse_properties
 from llfsm_verify.logic.reading import GivenLines
 from llfsm_verify.logic.reading import read_source as read_properties
 from llfsm_verify.logic.rewriting.normal_form import nnf
@@ -177,6 +191,7 @@ from llfsm_verify.program.program import (
     EventKind,
     Expr,
     Fault,
+    FaultSite,
     Get,
     If,
     Int,
@@ -216,7 +231,12 @@ from llfsm_verify.program.trees import (
 )
 from llfsm_verify.registry import Entry, Package, Registry, Unregistered
 from llfsm_verify.report.codes import all_codes
-from llfsm_verify.report.debugging import lines_of
+from llfsm_verify.report.debugging import FRONT_ENDS, DebugError, lines_of
+from llfsm_verify.report.debugging import Answer as DebugAnswer
+from llfsm_verify.report.debugging import Part as DebugPart
+from llfsm_verify.report.debugging import Session as DebugSession
+from llfsm_verify.report.debugging import Steps as DebugSteps
+from llfsm_verify.report.debugging import Table as DebugTable
 from llfsm_verify.report.drawing import NO_LIBRARY as NO_GRAPHVIZ
 from llfsm_verify.report.drawing import UNWRITABLE as NOT_DRAWN
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
@@ -252,11 +272,6 @@ from llfsm_verify.report.wording import (
     vacuity_texts,
     verdict_text,
 )
-from llfsm_verify.runtime.debugging.commands import Answer as DebugAnswer
-from llfsm_verify.runtime.debugging.commands import parse as parse_command
-from llfsm_verify.runtime.debugging.paths import DebugError, Recorded
-from llfsm_verify.runtime.debugging.session import FRONT_ENDS
-from llfsm_verify.runtime.debugging.session import Session as DebugSession
 from llfsm_verify.runtime.deciding.letters import SlotLetters
 from llfsm_verify.runtime.deciding.logs import (
     LOGS,
@@ -272,6 +287,7 @@ from llfsm_verify.runtime.deciding.logs import (
 )
 from llfsm_verify.runtime.deciding.recordings import Decided, Watch, watches_of
 from llfsm_verify.runtime.launch import PANELS, Launch, Panel
+from llfsm_verify.runtime.live import ABSENT as NO_WHITEBOARD
 from llfsm_verify.runtime.live.frame import COUNTED as FRAME_COUNTS
 from llfsm_verify.runtime.live.frame import CYCLE as FRAME_CYCLE
 from llfsm_verify.runtime.live.frame import ENDING as FRAME_ENDING
@@ -300,16 +316,31 @@ from llfsm_verify.runtime.recording.file import MAGIC as RECORDING_MAGIC
 from llfsm_verify.runtime.recording.file import PAGE as RECORDING_PAGE
 from llfsm_verify.runtime.recording.file import Recording, is_recording
 from llfsm_verify.runtime.recording.origin import arrangement_of, code_of, header_of
-from llfsm_verify.runtime.recording.replay import compared
+from llfsm_verify.runtime.recording.replay import Differs, compared
 from llfsm_verify.runtime.recording.timeline import Row as TimelineRow
 from llfsm_verify.runtime.recording.timeline import Signal, Timeline, take
-from llfsm_verify.runtime.stepping.drawing import free_inputs
+from llfsm_verify.runtime.recording.walking import Next as NextStep
+from llfsm_verify.runtime.recording.walking import Recorded
+from llfsm_verify.runtime.recording.walking import Start as PathStart
+from llfsm_verify.runtime.stepping.drawing import (
+    ANEW,
+    Drawing,
+    DrawingError,
+    Draws,
+    drawing_of,
+    free_inputs,
+    free_values,
+    unknown_input,
+)
 from llfsm_verify.runtime.whiteboard.places import NoPlace
 from llfsm_verify.runtime.whiteboard.places import names as whiteboard_names
 from llfsm_verify.runtime.whiteboard.shared import Shared as SharedFrames
 from llfsm_verify.semantics.bits import common_bits
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.operators import OPERATOR
+from llfsm_verify.semantics.parts import PART as GUARD_PART
+from llfsm_verify.semantics.parts import Part as GuardPart
+from llfsm_verify.semantics.parts import Parts as GuardParts
 from llfsm_verify.semantics.probes import ACTIONS, Outcome
 from llfsm_verify.semantics.storage import leaves
 from llfsm_verify.targets.monitors import OnBoard, Watched
@@ -317,8 +348,9 @@ from llfsm_verify.targets.target import TARGETS, WORLDS, Difference, Made, Targe
 from llfsm_verify.targets.target import Wanted as TargetWanted
 from llfsm_verify.transforms.probing import probed
 from llfsm_verify.values import Shown, Value, ValueProblem, choice_value, element_names, text, value_text
+from llfsm_verify.values import elements as element_texts
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES, EngineEntry, Turn
-from llfsm_verify.verification.replay import Replayed, replay_file, schedule_of
+from llfsm_verify.verification.replay import Replayed, replay_file, saved_run, schedule_of
 from llfsm_verify.verification.verify import verify
 from llfsm_verify.yaml.compose import compose
 from llfsm_verify.yaml.fields import Report, is_name
@@ -329,6 +361,8 @@ from llfsm_verify.yaml.tables import NUMBER, TRUTHS, ByName, Either, Field, Seve
 
 __all__ = [
     "ACTIONS",
+    "ACTION_KINDS",
+    "ANEW",
     "ARRANGEMENTS",
     "AUTOMATA",
     "BOOL",
@@ -341,6 +375,7 @@ __all__ = [
     "COUNT",
     "DEFAULT_ENGINE",
     "DRAWINGS",
+    "DRAWN_VALUES",
     "ENDING_WORDS",
     "ENGINES",
     "FALSE",
@@ -357,9 +392,11 @@ __all__ = [
     "FRAME_NUMBER",
     "FRAME_STEPS",
     "FRONT_ENDS",
+    "GUARD_PART",
     "HOA_ACCEPTANCE",
     "HOA_NUMBER",
     "HOA_UNSUPPORTED",
+    "IMPLICIT_SUSPEND",
     "INT64_MAX",
     "INT64_MIN",
     "IN_STEPS",
@@ -374,6 +411,7 @@ __all__ = [
     "MODELS",
     "NOT_DRAWN",
     "NO_GRAPHVIZ",
+    "NO_WHITEBOARD",
     "NUMBER",
     "OPERATOR",
     "ORACLES",
@@ -401,6 +439,7 @@ __all__ = [
     "UNREADABLE",
     "UNSAVED",
     "VERDICT_SLOT",
+    "VERDICT_WORDS",
     "WHEN",
     "WORLDS",
     "WRITERS",
@@ -434,14 +473,21 @@ __all__ = [
     "CoverageStatus",
     "DebugAnswer",
     "DebugError",
+    "DebugPart",
     "DebugSession",
+    "DebugSteps",
+    "DebugTable",
     "Decided",
     "Difference",
+    "Differs",
     "Draft",
+    "Drawing",
+    "DrawingError",
     "DrawnEdge",
     "DrawnEdgeKind",
     "DrawnMark",
     "DrawnNode",
+    "Draws",
     "EarlyVerdicts",
     "Editor",
     "Edits",
@@ -459,6 +505,7 @@ __all__ = [
     "Fault",
     "FaultFinding",
     "FaultResult",
+    "FaultSite",
     "Field",
     "FileAutomaton",
     "Formula",
@@ -472,6 +519,8 @@ __all__ = [
     "GivenLines",
     "Goal",
     "Graph",
+    "GuardPart",
+    "GuardParts",
     "Guards",
     "Holds",
     "If",
@@ -507,6 +556,7 @@ __all__ = [
     "NativeProgram",
     "NewMachine",
     "NewState",
+    "NextStep",
     "NoColumn",
     "NoPlace",
     "Node",
@@ -522,6 +572,7 @@ __all__ = [
     "Panel",
     "ParameterDraft",
     "Parsed",
+    "PathStart",
     "Plant",
     "PlantSite",
     "Port",
@@ -532,6 +583,7 @@ __all__ = [
     "ProcessDraft",
     "ProcessSettings",
     "Program",
+    "Property",
     "PropertyResult",
     "PropertySet",
     "Reading",
@@ -566,6 +618,8 @@ __all__ = [
     "Started",
     "StateDraft",
     "Step",
+    "StepOutcome",
+    "StepResult",
     "Stmt",
     "Style",
     "Switch",
@@ -618,6 +672,7 @@ __all__ = [
     "arrangement_of",
     "asked_properties",
     "asked_text",
+    "assignments",
     "atom",
     "atom_place",
     "bad_prefixes_of",
@@ -641,12 +696,16 @@ __all__ = [
     "did_you_mean",
     "disjunction",
     "distinct_nodes",
+    "do_more_tasks",
     "doubts",
     "draft_data",
     "drawing_format",
+    "drawing_of",
+    "drawn_inputs",
     "duration_text",
     "edges",
     "element_names",
+    "element_texts",
     "elements",
     "ending_of",
     "engine_argument",
@@ -666,6 +725,7 @@ __all__ = [
     "fits",
     "fold",
     "free_inputs",
+    "free_values",
     "get",
     "goals_of",
     "has_header",
@@ -676,6 +736,7 @@ __all__ = [
     "inputs_of",
     "interval",
     "is_arrangement",
+    "is_boolean",
     "is_contradicted",
     "is_deterministic",
     "is_name",
@@ -696,6 +757,7 @@ __all__ = [
     "mapped",
     "mark",
     "mask",
+    "monitors_of",
     "moves_of",
     "named_runs",
     "near_names",
@@ -709,13 +771,13 @@ __all__ = [
     "operators",
     "other_arrangement",
     "output_argument",
-    "parse_command",
     "parse_properties",
     "parts",
     "patience_of",
     "plain_text",
     "policy_digest",
     "portions",
+    "positive_number",
     "postorder",
     "probed",
     "program_hash",
@@ -736,6 +798,7 @@ __all__ = [
     "record_of",
     "refuse_delays",
     "repeat",
+    "repeatable",
     "replay_file",
     "resolve",
     "result_text",
@@ -743,6 +806,7 @@ __all__ = [
     "ringlet",
     "runnable",
     "safe_values",
+    "saved_run",
     "scalars",
     "schedule_of",
     "schema_of",
@@ -763,6 +827,7 @@ __all__ = [
     "tell",
     "text",
     "tick",
+    "tokenise",
     "told",
     "trace_documents",
     "trace_rows",
@@ -771,6 +836,7 @@ __all__ = [
     "typed",
     "under_assumptions",
     "unfinished",
+    "unknown_input",
     "update_trace_file",
     "uses",
     "vacuity_texts",
@@ -785,7 +851,9 @@ __all__ = [
     "with_branches",
     "with_legend",
     "without",
+    "without_controls",
     "write_certificate",
     "write_whole",
     "written",
+    "wrong_usage",
 ]

@@ -31,16 +31,14 @@ from llfsm_verify.language.scope import Scope
 from llfsm_verify.language.trees import nodes
 from llfsm_verify.language.types import BoolType
 from llfsm_verify.limits import Budget, LimitReached
-from llfsm_verify.program.program import BOOL, Atom, Const, Expr, Get, Int, Local, Origin, Program, Var
+from llfsm_verify.program.program import BOOL, Atom, Const, Expr, Get, Int, Origin, Program, Var
 from llfsm_verify.program.symbolic import Key, scalars
-from llfsm_verify.program.trees import constant_of, distinct_nodes, rebuilt
+from llfsm_verify.program.trees import constant_of, distinct_nodes, rebuilt, spelt_out
 from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.numbers import binary, choose, unary
 from llfsm_verify.values import Shown, element_names, shown, text
 
-INPUT = "input:"
-"""Begins the names of the locals that stand for inputs in atoms."""
 ABOUT_MACHINES = (typed.AtState, typed.Observe, typed.Query, typed.Sampled, typed.Sampling, typed.Edge)
 """What of a property is not decided by the values of variables."""
 _HELD = Int(-(1 << 63), (1 << 63) - 1)
@@ -109,15 +107,13 @@ def compare(left: Side, right: Side, budget: Budget) -> Comparison:
     def defined(side: Side, condition: Expr, values: Mapping[Key, int]) -> bool:
         if isinstance(side, Fragment):
             return evaluate(condition, values)
-        return explained(
-            side.theory, Literal(side.atom), {name: bool(value) for (name, _), value in values.items()}
-        ).proved
+        valuation = {name: bool(value) for (name, _), value in values.items()}
+        return explained(side.theory, Literal(side.atom), valuation).proved
 
     conditions = lowered(left), lowered(right)
     ways = [partial(defined, side, condition) for side, condition in zip((left, right), conditions, strict=True)]
-    result = _compared(
-        (left, right), [Var(name, BOOL, 0, Origin("input")) for name in inputs], conditions, ways, budget
-    )
+    declared = [Var(name, BOOL, 0, Origin("input")) for name in inputs]
+    result = _compared((left, right), declared, conditions, ways, budget)
     own = [theory.inputs for theory in theories]
     alone = tuple(tuple(n for n in one if n not in other) for one, other in zip(own, reversed(own), strict=True))
     return replace(result, alone=alone if len(own) == 2 else ())
@@ -136,15 +132,18 @@ def compare_in(arrangement: Arrangement, left: Fragment, right: Fragment, budget
             raise DiagnosticError(Diagnostic("E145", message, node.span, hint="leave it out on both sides"))
     program = lower(arrangement, atoms)
     inputs = [Var(i.name, i.type, i.init, Origin("input", labels=i.labels)) for i in program.inputs]
-    conditions = [rebuilt(atom.expression, _stored) for atom in program.atoms]
+    order = [w.variable.name for w in arrangement.whiteboard]
+    variables = sorted((*program.vars, *inputs), key=lambda v: (*order, _root(v.name)).index(_root(v.name)))
+    stored = {f"input:{i.name}": Get(i.name, None, i.type) for i in program.inputs}
+    conditions = [spelt_out(atom.expression, stored) for atom in program.atoms]
     ways = [partial(evaluate, condition) for condition in conditions]
-    result = _compared((left, right), [*program.vars, *inputs], conditions, ways, budget)
+    result = _compared((left, right), variables, conditions, ways, budget)
     return replace(result, arrangement=arrangement.name)
 
 
-def _stored(node: Expr) -> Expr | None:
-    """An input as a variable."""
-    return Get(node.name.removeprefix(INPUT), None, node.type) if isinstance(node, Local) else None
+def _root(name: str) -> str:
+    """The variable of which something is a part: ``ball`` of ``ball.x`` and ``ball[0]``."""
+    return name.replace("[", ".").partition(".")[0]
 
 
 def _key(node: Get) -> Key:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from llfsm_verify.registry import Registry
 from llfsm_verify.report.entry import Failed, ReportEntry
@@ -76,74 +76,54 @@ class Reports:
         return None
 
 
+def _formats(kind: str, *entries: ReportEntry) -> Registry[Any]:
+    return Registry("report format", entries, f"{GROUPS}.{kind}")
+
+
 REPORTS = Reports(
-    result=Registry(
-        "report format",
-        [
-            ReportEntry("text", "llfsm_verify.report.text:report", "for people", (".txt",)),
-            ReportEntry(
-                "json", "llfsm_verify.report.json:report", "one object, schema `result`", (".json",),
-                failure="llfsm_verify.report.json:failure_json",
-            ),
-        ],
-        f"{GROUPS}.result",
+    result=_formats(
+        "result",
+        ReportEntry("text", "llfsm_verify.report.text:report", "for people", (".txt",)),
+        ReportEntry(
+            "json", "llfsm_verify.report.json:report", "one object, schema `result`", (".json",),
+            failure="llfsm_verify.report.json:failure_json",
+        ),
     ),
-    lint=Registry(
-        "report format",
-        [
-            ReportEntry("text", "llfsm_verify.report.lint:report", "for people"),
-            ReportEntry("json", "llfsm_verify.report.lint:report_json", "one object, schema `lint`"),
-        ],
-        f"{GROUPS}.lint",
+    lint=_formats(
+        "lint",
+        ReportEntry("text", "llfsm_verify.report.lint:report", "for people"),
+        ReportEntry("json", "llfsm_verify.report.lint:report_json", "one object, schema `lint`"),
     ),
-    coverage=Registry(
-        "report format",
-        [
-            ReportEntry("text", "llfsm_verify.report.coverage:report", "for people"),
-            ReportEntry("json", "llfsm_verify.report.coverage:report_json", "one object, schema `coverage`"),
-        ],
-        f"{GROUPS}.coverage",
+    coverage=_formats(
+        "coverage",
+        ReportEntry("text", "llfsm_verify.report.coverage:report", "for people"),
+        ReportEntry("json", "llfsm_verify.report.coverage:report_json", "one object, schema `coverage`"),
     ),
-    query=Registry(
-        "report format",
-        [
-            ReportEntry("text", "llfsm_verify.report.query:report", "for people"),
-            ReportEntry("json", "llfsm_verify.report.query:report_json", "one object, schema `query`"),
-        ],
-        f"{GROUPS}.query",
+    query=_formats(
+        "query",
+        ReportEntry("text", "llfsm_verify.report.query:report", "for people"),
+        ReportEntry("json", "llfsm_verify.report.query:report_json", "one object, schema `query`"),
     ),
-    access=Registry(
-        "report format",
-        [
-            ReportEntry("text", "llfsm_verify.report.access:access_text", "for people"),
-            ReportEntry("json", "llfsm_verify.report.access:report_json", "one object"),
-        ],
-        f"{GROUPS}.access",
+    access=_formats(
+        "access",
+        ReportEntry("text", "llfsm_verify.report.access:access_text", "for people"),
+        ReportEntry("json", "llfsm_verify.report.access:report_json", "one object"),
     ),
-    simulation=Registry(
-        "report format",
-        [
-            ReportEntry("table", "llfsm_verify.report.runtable:report", "for people"),
-            ReportEntry("json", "llfsm_verify.report.simulation:report_json", "schema `simulation`"),
-        ],
-        f"{GROUPS}.simulation",
+    simulation=_formats(
+        "simulation",
+        ReportEntry("table", "llfsm_verify.report.runtable:report", "for people"),
+        ReportEntry("json", "llfsm_verify.report.simulation:report_json", "schema `simulation`"),
     ),
-    knowledge=Registry(
-        "report format",
-        [
-            ReportEntry("text", "llfsm_verify.report.knowledge:report", "for people"),
-            ReportEntry("json", "llfsm_verify.report.knowledge:report_json", "one object, schema `knowledge`"),
-        ],
-        f"{GROUPS}.knowledge",
+    knowledge=_formats(
+        "knowledge",
+        ReportEntry("text", "llfsm_verify.report.knowledge:report", "for people"),
+        ReportEntry("json", "llfsm_verify.report.knowledge:report_json", "one object, schema `knowledge`"),
     ),
-    monitor=Registry(
-        "report format",
-        [
-            ReportEntry("text", "llfsm_verify.report.monitor:report", "a sentence or two"),
-            ReportEntry("machine", "llfsm_verify.report.monitor:report_machine", "a machine file"),
-            ReportEntry("table", "llfsm_verify.report.monitor:report_table", "a JSON table"),
-            ReportEntry("dot", "llfsm_verify.report.monitor:report_dot", "a drawing"),
-        ],
-        f"{GROUPS}.monitor",
+    monitor=_formats(
+        "monitor",
+        ReportEntry("text", "llfsm_verify.report.monitor:report", "a sentence or two"),
+        ReportEntry("machine", "llfsm_verify.report.monitor:report_machine", "a machine file"),
+        ReportEntry("table", "llfsm_verify.report.monitor:report_table", "a JSON table"),
+        ReportEntry("dot", "llfsm_verify.report.monitor:report_dot", "a drawing"),
     ),
 )  # fmt: skip

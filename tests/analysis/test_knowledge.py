@@ -39,6 +39,7 @@ whiteboard:
   shade: {type: Shade}
   mood: {type: Shade, role: input}
   price: {type: Price, init: 0.5}
+  ball: {type: {record: {near: bool, hits: {array: 0..3, size: 2}}}}
   row: {type: {array: 0..3, size: 2}}
 machines: {a: {inline: {machine: A, variables: {own: {type: 0..3}}, states: [{name: S}]}}}
 schedule: [a]
@@ -188,6 +189,7 @@ def test_random_conditions_of_an_arrangement(arrangement_path: Path) -> None:
         ("whole > 4", "whole > 3", {"whole": 4}),
         ("whole < 9223372036854775807", "whole != 9223372036854775807", None),
         ("n < 4", "n < 5", {"n": 4}),
+        ("ball.hits[1] > 2", "ball.hits[1] > 1", {"ball.hits[1]": 2}),
         ("true", "false", {}),
     ],
 )
@@ -200,7 +202,8 @@ def test_values_of_all_types(left: str, right: str, told: Mapping[str, object] |
 def test_what_tells_them_apart_is_near_to_the_start(arrangement_path: Path) -> None:
     arrangement = load_arrangement(arrangement_path)
     found = compare_in(arrangement, fragment("n > 4 || m > 0 || q"), fragment("m > 0"), Budget(Limits()))
-    assert found.values == {"q": False, "m": 0, "n": 5}
+    assert found.values == {"q": False, "n": 5, "m": 0}
+    assert found.reads == ("q", "n", "m")  # as on the whiteboard
     found = compare_in(arrangement, fragment("u > 1 && n < 5 && m < 1"), fragment("false"), Budget(Limits()))
     assert (found.values["n"], found.values["m"]) == (4, 0)
 

@@ -136,7 +136,7 @@ def test_the_core_does_without_extensions(tmp_path: Path) -> None:
         "there is no kind of port `mqtt`; there are: callback, process, stream, whiteboard",
     ]
     folders = (
-        "tests/runtime/ports", "tests/runtime/deciding", "tests/runtime/debugging", "tests/test_registry.py",
+        "tests/runtime/ports", "tests/runtime/deciding", "tests/runtime/recording", "tests/test_registry.py",
         "tests/report/test_codes_explained.py", "tests/project/test_diagnostics_page.py",
     )  # fmt: skip
     python("-m", "pytest", "-q", "-p", "no:llfsm", "-p", "no:cacheprovider", "-m", "not slow and not long", *folders)

@@ -11,11 +11,11 @@ from textual.pilot import Pilot  # noqa: TC002 - it is what tests are driven by
 from textual.widgets import Static
 
 from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.extensions.debugger.commands import parse
+from llfsm_verify.extensions.debugger.debugger import Debugger
+from llfsm_verify.extensions.debugger.paths import Free
+from llfsm_verify.extensions.debugger.session import Session
 from llfsm_verify.extensions.terminal.panes import KEYS, Panes
-from llfsm_verify.runtime.debugging.commands import parse
-from llfsm_verify.runtime.debugging.debugger import Debugger
-from llfsm_verify.runtime.debugging.paths import Free
-from llfsm_verify.runtime.debugging.session import Session
 from tests.cli.running import LIGHTS
 
 Press = Callable[..., Awaitable[None]]

@@ -31,7 +31,7 @@ def smaller(case: CaseStudy, text: str) -> str:
 @pytest.mark.long  # where the unnoticed ones are listed, a tenth of all; all in `make soak`
 @pytest.mark.parametrize("case", CASES, ids=[c.model for c in CASES])
 def test_mutants_are_noticed(case, tmp_path):
-    for file in case.arrangement.parent.parent.glob("*/*.yaml"):  # one model may have machines of another
+    for file in case.arrangement.parent.parent.glob("*/*.[yd]*"):  # one model may have machines of another
         copy = tmp_path / file.parent.name / file.name
         copy.parent.mkdir(exist_ok=True)
         copy.write_text(smaller(case, file.read_text(encoding="utf-8")), encoding="utf-8")
@@ -48,7 +48,7 @@ def test_mutants_are_noticed(case, tmp_path):
     surviving: set[str] = set()
     for mutant in tried:
         try:
-            arrangement = load_arrangement_text(mutant.text, "mutant.yaml")
+            arrangement = load_arrangement_text(mutant.text, str(tmp_path / case.model / "mutant.yaml"))
         except DiagnosticError:
             continue  # not an arrangement any more
         result = verify(arrangement, properties, LIMIT, engine="explicit")

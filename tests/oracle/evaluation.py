@@ -215,6 +215,11 @@ def _value(e: typed.Expression, world: World, locals_: Locals) -> Any:
         case typed.Conditional():
             side = e.then if truth(e.condition, world, locals_) else e.otherwise
             return evaluate(side, world, locals_)
+        case typed.LetIn():
+            known = dict(locals_)
+            for local, definition in e.definitions:
+                known[local.key] = truth(definition, world, known)
+            return truth(e.value, world, known)
         case typed.Lookup():
             place = integer(e.index, world, locals_)
             if not 0 <= place < len(e.values):

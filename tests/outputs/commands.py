@@ -43,12 +43,14 @@ HELP = (
     "init",
     "schema",
     "property",
+    "knowledge",
 )
 QUESTIONS = ("classify", "translate", "accepts", "equivalent", "implies", "simplify", "print", "draw", "example")
 
 COMMANDS = (
     *(f"llfsm {name} --help".replace("  ", " ") for name in HELP),
     *(f"llfsm property {name} --help" for name in QUESTIONS),
+    *(f"llfsm knowledge {name} --help" for name in ("table", "explain", "equivalent")),
     f"llfsm verify --engine explicit {OURS}",
     f"llfsm verify --engine explicit --strict --vacuity --witness -q {OURS}",
     f"llfsm verify --engine explicit --format json {OURS}",
@@ -125,6 +127,9 @@ COMMANDS = (
     "llfsm property classify 'G (p ->'",
     "llfsm property accepts 'G p' 'p;cycle{q}'",
     "llfsm property implies 'G p' 'F p'",
+    "llfsm knowledge table models/ball_conditions/BallConditions.d",
+    "llfsm knowledge explain models/microwave/MicrowaveCook.d timeLeft=true doorOpen=true",
+    "llfsm knowledge equivalent models/microwave/MicrowaveCook.d timeLeft",
     *(f"llfsm schema {name}" for name in ("arrangement", "machine", "lint", "result")),
     *(f"llfsm {name}" for name in HELP[1:] if name not in ("verify", "check", "init")),
     f"llfsm verify {LIGHTS} --engine pdr --max-states 4 -p 'G true'",

@@ -457,6 +457,10 @@ ELSEWHERE = {
     "E560": "needs an editor: tests/extensions/editor/test_editing.py",
     "E561": "needs an editor: tests/extensions/editor/test_broken.py",
     "E562": "needs an editor: tests/extensions/editor/test_editing.py",
+    "E580": "needs a program to be missing: tests/extensions/prolog/test_port.py",
+    "E582": "needs SWI-Prolog: tests/extensions/prolog/test_port.py",
+    "E583": "needs SWI-Prolog: tests/extensions/prolog/test_bridge.py",
+    "E584": "needs SWI-Prolog: tests/extensions/prolog/test_bridge.py",
     "W401": "needs a trace of very many steps, or a smaller limit: tests/cli/commands/test_replay.py",
 }
 """Codes whose example was copied by hand from what the program said, and why no command here provokes them."""

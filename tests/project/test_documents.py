@@ -51,7 +51,7 @@ PLUGIN = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_PLUGINS": "llfsm_verify
 """Our plugin, and no other that happens to be installed."""
 
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-FILE = re.compile(r"# ([\w./-]+\.(?:yaml|ltl|py))\n")
+FILE = re.compile(r"[#%] ([\w./-]+\.(?:yaml|ltl|py|d))\n")
 """The first line of a block that is a file."""
 EARLY = re.compile(r"^(?:\S+: )?after \d+ s: .*\n", re.MULTILINE)
 """A verdict that is said before the report, where a check takes longer than usual."""

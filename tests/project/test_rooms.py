@@ -44,7 +44,7 @@ def test_every_room_has_tests_that_are_there() -> None:
     ("room", "says"),
     [
         ("runtim", "did you mean runtime?\nthe rooms: analysis api "),
-        ("runtime/liv", "did you mean runtime/live?\nruntime: runtime/debugging "),
+        ("runtime/liv", "did you mean runtime/live?\nruntime: runtime/deciding "),
         ("nowhere/at/all", "there is no room nowhere/at/all\nthe rooms: analysis"),
         ("", "there is no room \n"),
         ("..", "there is no room ..\n"),

@@ -106,6 +106,7 @@ FOUND = (
     Minimal("line_follower", "faulty_memory", "kept", 15, 1),
     Minimal("line_follower", "faulty_fast", "kept", 6, 1),
     Minimal("line_follower", "faulty_search", "found_right", 24, 1),
+    Minimal("reasoned_lights", "faulty_hasty", "mutual_exclusion", 5, 2),
 )
 UNTESTED = {
     ("fruit_picking", "faulty_reach"): "no finite run violates anything: the robot never comes to its end",

@@ -65,7 +65,6 @@ COMMANDS = Commands(
         _module("run", "send", "give a command to a running arrangement"),
         _module("run", "replay", "run saved traces and recordings again"),
         _folder("run", "trace", "write a recording or a saved trace as CSV, VCD, SVG, MCAP or ITF"),
-        _folder("run", "debug", "walk a run forwards and backwards, and see why transitions fire"),
         _folder("build", "monitor", "say what can be decided at run time, and write monitors"),
         _folder("build", "build", "write an arrangement as a program for another machine, as C"),
         _folder("build", "guard", "put a monitor and a switch before outputs, and prove what they keep"),

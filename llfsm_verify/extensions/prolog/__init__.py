@@ -39,7 +39,7 @@ time whether `promise: G !(ns_may_go && ew_may_go)` is kept.
 
 Wrong uses:
 
-    light(ns, Colour)         E581: `light(ns, Colour)` is no fact: it has the variable `Colour`
+    light(ns, Colour)         E581: `light(ns, Colour)` is not a fact: it has the variable `Colour`
     ns_next: next(ns, X)      E581: `next(ns, X)` has no `Value`, and is the query of a number or an enumerator
     next(ns, Y) :- ligt(Y).   E582 at lights.pl:4:16: `ligt/1` is not defined
 """

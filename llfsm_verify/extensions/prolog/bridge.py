@@ -17,11 +17,13 @@ from collections.abc import Mapping
 from contextlib import suppress
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from llfsm_verify.extensions.prolog.codes import NO_TERM, NO_VALUE, UNANSWERED, UNLOADABLE
 from llfsm_verify.extensions.prolog.terms import HOLE, VALUE, datum, quoted
-from llfsm_verify.plug import Json, LineReader
+
+if TYPE_CHECKING:
+    from llfsm_verify.plug import Json
 
 WORKER = Path(__file__).with_name("worker.pl")
 COMMAND = ("swipl", "-q", "-f", "none", "--no-tty", "--on-error=print", "--stack-limit=256m", "-t", "halt", str(WORKER))
@@ -31,6 +33,8 @@ ENDING = 0.5
 """Seconds in which Prolog that says no more must have ended."""
 PAUSE, LONGEST_PAUSE = 0.05, 10.0
 """Seconds until Prolog that has ended twice without an answer between is started again."""
+LONGEST = 1 << 16
+"""Bytes of a line that are kept."""
 MOST_OUTPUT, MOST_LINES, MOST_WAITING = 200, 20, 100
 """Characters of a line that the program writes, and lines, which are told; lines that wait until a query ends."""
 
@@ -77,7 +81,8 @@ class Prolog:
         self._ends = os.pidfd_open(self._process.pid)
         self.descriptors = [self._out, self._output, self._ends]
         self._how = ""
-        self._replies, self._lines = LineReader(), LineReader()
+        self._begun = {self._out: b"", self._output: b""}
+        """Of lines."""
         self.waiting: list[list[str]] = []
         """Replies that nobody has taken."""
         self.written: list[str] = []
@@ -92,17 +97,24 @@ class Prolog:
 
     def read(self, ready: Mapping[int, int]) -> None:
         """Take what has come. _Ended."""
-        if self._output in ready:
-            data = os.read(self._output, 1 << 14)
-            lines = list(self._lines.lines(data))
-            for line in lines[: max(0, MOST_WAITING - len(self.written))]:
-                self.written.append("a long line" if line is None else line.decode(errors="replace").strip())
-            if not data:
-                self.descriptors.remove(self._output)
-        data = os.read(self._out, 1 << 16) if self._out in ready else b""
-        self.waiting += [line.decode().split(" ") for line in self._replies.lines(data) if line is not None]
-        if not data and (self._ends in ready or self._out in ready):
+        written = self._lines(self._output, ready)
+        if written is None:
+            self.descriptors.remove(self._output)
+        room = MOST_WAITING - len(self.written)
+        self.written += [
+            line.decode(errors="replace").strip()[:MOST_OUTPUT] for line in (written or [])[: max(0, room)]
+        ]
+        replies = self._lines(self._out, ready)
+        self.waiting += [line.decode().split(" ") for line in replies or ()]
+        if replies is None or (self._ends in ready and self._out not in ready):
             raise _Ended(self.end(ENDING))
+
+    def _lines(self, descriptor: int, ready: Mapping[int, int]) -> list[bytes] | None:
+        """The lines that have come; None: no more come."""
+        data = os.read(descriptor, 1 << 16) if descriptor in ready else b""
+        *lines, self._begun[descriptor] = (self._begun[descriptor] + data).split(b"\n")
+        self._begun[descriptor] = self._begun[descriptor][:LONGEST]
+        return lines if data or descriptor not in ready else None
 
     def end(self, patience: float = 0.0) -> str:
         """Kill it if it still runs after so many seconds; how it ended, in words."""
@@ -173,6 +185,7 @@ class Bridge:
                 problems.append(f"{self._shown(place[0])}:{line}:{column}: {UNLOADABLE}: {what}")
             if kind == "halt":
                 break
+        problems = list(dict.fromkeys(problems))
         if problems:
             more = f" (and {len(problems) - 1} more)" if problems[1:] else ""
             raise _Unloadable(problems[0] + more)
@@ -301,8 +314,7 @@ class Bridge:
 
     def _show_output(self) -> None:
         """What the program has written is told to the user."""
-        for line in self._prolog.written:
-            text = line[:MOST_OUTPUT]
+        for text in self._prolog.written:
             if text and text not in self._written and len(self._written) < MOST_LINES:
                 self._written.add(text)
                 more = "" if len(self._written) < MOST_LINES else " (other lines are not shown)"

@@ -122,7 +122,7 @@ def _terms(report: Report, node: Node | None, what: str) -> Iterator[tuple[str, 
             yield scalar.text, (scalar, found)
         except NoTerm as why:
             hint = f"write a name, or one such as `light(ns, {VALUE})`, with `{VALUE}` for the value"
-            report.error(NO_TERM, f"`{scalar.text[:60]}` is no {what}: {why}", mark(scalar), hint)
+            report.error(NO_TERM, f"`{scalar.text[:60]}` is not a {what}: {why}", mark(scalar), hint)
 
 
 def _typed(terms: Terms, types: Json, what: str) -> Json:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from llfsm_verify.plug import Json
+if TYPE_CHECKING:
+    from llfsm_verify.plug import Json
 
 VALUE = "Value"
 """The variable that stands for the value of a slot or an input."""

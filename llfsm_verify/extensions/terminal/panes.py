@@ -11,7 +11,7 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widgets import Footer, Input, Static
 from textual.worker import Worker, WorkerState
 
-from llfsm_verify.plug import DebugAnswer, DebugError, DebugSession, lines_of, parse_command
+from llfsm_verify.plug import DebugAnswer, DebugError, DebugSession, lines_of
 
 PANES = {"machines": "show", "inputs": "inputs", "state": "list", "guards": "why", "steps": "history 12"}
 """The commands whose answers stand in the panes."""
@@ -81,11 +81,7 @@ class Panes(App[int]):
         if self.is_busy:
             self._tell("a command is under way; Escape stops it")
             return
-        try:
-            if parse_command(line) is None:
-                return
-        except DebugError as error:
-            self._tell(str(error))
+        if not line.strip() or line.lstrip().startswith("#"):
             return
         self.is_busy = True
         self.run_worker(lambda: self._done(line), thread=True, exit_on_error=False)
@@ -135,12 +131,12 @@ class Panes(App[int]):
 
     def action_leave(self) -> None:
         """Stop what is under way, and leave the line for commands."""
-        self._session.debugger.stop()
+        self._session.stop()
         self.set_focus(None)
 
     def action_end(self) -> None:
         """End the session."""
-        self._session.debugger.stop()
+        self._session.stop()
         self.exit(self._code)
 
     def _look(self) -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from llfsm_verify.report.schema import load
 from tests.cli.running import llfsm
+from tests.cli.test_interrupt import interrupted_after
 from tests.knowledge.theories import DEFEATER, random_theory, tags
 from tests.quick import examples
 
@@ -239,6 +240,87 @@ def test_conditions_of_an_arrangement() -> None:
         "  time_left > 1 && !door_open  is false\n"
         "these are values of the variables' types; `llfsm query` says whether a run reaches them\n"
     )
+
+
+MACHINE = "  m: {inline: {machine: M, states: [{name: S}]}}\nschedule: [m]\n"
+OVEN = """\
+name: oven
+cycle_ms: 100
+whiteboard:
+  time_left: {type: 0..180, init: 0}
+  door_open: {type: bool, role: input}
+  near: {type: bool}
+knowledge:
+  cook: {file: COOK, inputs: {timeLeft: time_left > 0, doorOpen: door_open}}
+  again: {file: COOK, inputs: {timeLeft: cook, doorOpen: time_left / 10 > 2}}
+  divided: {file: COOK, inputs: {timeLeft: 90 / time_left > 1, doorOpen: near}}
+machines:
+  m:
+    inline:
+      machine: M
+      variables: {timeLeft: {type: bool}, seen: {type: int8}}
+      knowledge: {own: {file: COOK, inputs: {doorOpen: seen > 100}}}
+      states: [{name: S}]
+schedule: [m]
+"""
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "code", "says"),
+    [
+        ("cook", "time_left > 0 && !door_open", 0, "for all values of time_left, door_open"),
+        ("cook", "time_left > 1 && !door_open", 1, "told apart where time_left=1, door_open=false\n  cook "),
+        ("again", "cook && time_left < 30", 0, "for all values of time_left, door_open"),
+        ("again", "cook && time_left <= 30", 1, "told apart where time_left=30, door_open=false"),
+        ("m.own", "m.timeLeft && m.seen <= 100", 0, "for all values of m.timeLeft, m.seen"),
+        ("m.own || near", "near", 1, "told apart where near=false, m.timeLeft=true, m.seen=0"),
+        ("divided", "cook", 3, "error[E143]: a property may divide only by a constant"),
+        ("cok", "cook", 3, "did you mean `cook`?"),
+    ],
+)
+def test_knowledge_of_an_arrangement(left: str, right: str, code: int, says: str, cook: str, tmp_path: Path) -> None:
+    path = tmp_path / "oven.yaml"
+    path.write_text(OVEN.replace("COOK", cook))
+    done = llfsm("knowledge", "equivalent", left, right, "--arrangement", str(path))
+    assert (done.returncode, says in done.stdout + done.stderr) == (code, True), done
+
+
+@pytest.mark.slow
+def test_a_chain_of_theories_is_compared(cook: str, tmp_path: Path) -> None:
+    """Every one reads that before it twice: without sharing there would be 2^60 copies."""
+    path = tmp_path / "chain.yaml"
+    chain = [
+        f"  k{i}: {{file: {cook}, inputs: {{timeLeft: k{i - 1}, doorOpen: k{i - 1} && near}}}}" for i in range(1, 61)
+    ]
+    first = f"  k0: {{file: {cook}, inputs: {{timeLeft: time_left > 0, doorOpen: door_open}}}}"
+    head, tail = OVEN.partition("knowledge:\n")[0], OVEN[OVEN.index("machines:") :].replace("COOK", cook)
+    path.write_text("\n".join((f"{head}knowledge:", first, *chain, tail)))
+    same = ("k60", "time_left > 0 && !(door_open || near)")
+    assert llfsm("knowledge", "equivalent", *same, "--arrangement", str(path)).returncode == 0
+    assert llfsm("knowledge", "equivalent", "k60", "k0", "--arrangement", str(path)).returncode == 1
+
+
+HARD = "v * w == 4611686014132420609 && v > 1 && v < w"  # the square of a prime
+
+
+@pytest.fixture
+def hard(tmp_path: Path) -> str:
+    path = tmp_path / "hard.yaml"
+    variables = "v: {type: uint32, role: input}\n  w: {type: uint32}\n"
+    path.write_text(OVEN.partition("knowledge:\n")[0] + f"  {variables}machines:\n{MACHINE}")
+    return str(path)
+
+
+@pytest.mark.slow
+def test_a_limit_and_ctrl_c(hard: str) -> None:
+    command = ("knowledge", "equivalent", HARD, "false", "--arrangement", hard)
+    done = llfsm(*command, "--timeout", "0.5", "--format", "json")
+    value = json.loads(done.stdout)
+    jsonschema.Draft202012Validator(load("knowledge")).validate(value)
+    assert (done.returncode, value["answer"], value["reason"]) == (4, "unknown", "the time limit of 0.5 s was reached")
+    assert llfsm(*command, "--timeout", "0.1").stdout == "unknown: the time limit of 0.1 s was reached\n"
+    assert llfsm(*command, "--memory", "1M").stdout == "unknown: the memory limit of 1 MiB was reached\n"
+    assert interrupted_after(1.5, *command) == (130, "", "interrupted\n")
 
 
 @pytest.mark.parametrize(

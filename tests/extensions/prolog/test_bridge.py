@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import random
 import signal
+import time
 from pathlib import Path
 from typing import Any
 
@@ -91,7 +92,7 @@ UNANSWERED = {
     "bad(2.5).": "has the answer `2.5`",
     "bad('3').": "has the answer `3`",
     "bad(X) :- X is inf.": "has the answer `",
-    "bad(X) :- X is 7**5000.": "...",
+    "bad(X) :- X is 7**5000.": "has the answer `30917",
     "bad(X) :- numlist(1, 500, L), atomic_list_concat(L, X).": "has the answer `1234567891011",
     "bad(X) :- X = f(X).": "has the answer `",
     "bad(_) :- numlist(1, 9000000, L), L = [].": "",
@@ -110,7 +111,7 @@ def test_a_query_without_an_answer_is_lost_and_the_others_are_answered(tmp_path:
     for name, why in zip(names_of, UNANSWERED.values(), strict=True):
         (said,) = [said for said in made.said() if f"`{name}(Value)`" in said]
         assert why in said and len(said) < 500
-    assert any(said.startswith("program.pl:8: E583: `bad5(Value)`") for said in made.said())
+    assert any(said.startswith("program.pl:7: E583: `bad5(Value)`") for said in made.said())
 
 
 def test_what_a_program_writes_is_told_and_it_reads_nothing(tmp_path: Path) -> None:
@@ -141,7 +142,10 @@ def test_nothing_that_a_query_asserts_is_there_for_the_next(tmp_path: Path) -> N
 
 def test_prolog_that_is_killed_from_outside_comes_back(tmp_path: Path) -> None:
     file = tmp_path / "program.pl"
-    file.write_text("good(X) :- n(X).\nslow(0) :- n(N), N > 5, repeat, fail.\nslow(1).\n", encoding="utf-8")
+    file.write_text(
+        "good(X) :- n(X).\nslow(0) :- n(N), N > 5, open(runs, write, S), close(S), repeat, fail.\nslow(1).\n",
+        encoding="utf-8",
+    )
     queries = {"good(Value)": number(0, 9), "slow(Value)": number(0, 1)}
     with bridge(file, {"n(Value)": number(0, 9)}, queries, limit=30.0) as made:
         made.until("hello")
@@ -151,8 +155,8 @@ def test_prolog_that_is_killed_from_outside_comes_back(tmp_path: Path) -> None:
         assert made.until("values")["values"] == {"good(Value)": "1", "slow(Value)": "1"}
         assert made.swipl != first and "Prolog was killed, and is started again" in made.said()
         made.say({"values": {"n(Value)": 9}})
-        while Path(f"/proc/{made.swipl}/stat").read_text().split()[2] != "R":
-            pass
+        while not (tmp_path / "runs").exists():
+            time.sleep(0.001)
         os.kill(made.swipl, signal.SIGKILL)
         assert made.until("lost")["lost"] == ["slow(Value)"] and made.until("values")["values"] == {"good(Value)": "9"}
         pid = made.swipl

@@ -28,8 +28,7 @@ from llfsm_verify.arrangement.model import Arrangement, Machine
 from llfsm_verify.arrangement.replacing import Replacement, with_replacement
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.diagnostics import DiagnosticError
-from llfsm_verify.runtime.debugging.debugger import Debugger
-from llfsm_verify.runtime.debugging.paths import Recorded
+from llfsm_verify.extensions.debugger.debugger import Debugger
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.frame import CYCLE, ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
@@ -37,6 +36,7 @@ from llfsm_verify.runtime.live.plan import drawn_choices, starting_values
 from llfsm_verify.runtime.live.slots import STATE, slots_of
 from llfsm_verify.runtime.recording.file import Recorder, Recording, Turn
 from llfsm_verify.runtime.recording.replay import Differs, replay
+from llfsm_verify.runtime.recording.walking import Recorded
 from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.places import socket_path
 from llfsm_verify.testing.arrangements import Document, arrangements

@@ -38,7 +38,7 @@ def arguments(parser: Parser) -> None:
             condition = "a theory (FILE.d), or a condition such as 'a && !b' over the inputs of the other side"
             add("left", metavar="A", help=condition)
             add("right", metavar="B", help="the same")
-            add("--arrangement", metavar="FILE", help="A and B are conditions of this arrangement, as properties have")
+            add("--arrangement", metavar="FILE", help="A and B are conditions, as in properties of this arrangement")
             shared.repeatable(
                 question, "--output", metavar="NAME", text="the output of a theory that has several, of A first"
             )

@@ -6,21 +6,29 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
-from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.backends.native.executor import StepResult
-from llfsm_verify.checking.monitors import WORDS
-from llfsm_verify.checking.replay.execution import Execution
-from llfsm_verify.checking.trace import TraceStep
-from llfsm_verify.limits import tick
-from llfsm_verify.monitoring.states import MonitorVerdict
-from llfsm_verify.program.moves import Move
-from llfsm_verify.program.program import FaultSite
-from llfsm_verify.runtime.debugging import MOST_STEPS
-from llfsm_verify.runtime.debugging.guards import Evaluated, Guards
-from llfsm_verify.runtime.debugging.paths import DebugError, Free, Next, Path, Start, free_value
-from llfsm_verify.runtime.debugging.watches import FormulaWatch
-from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.values import elements, text, value_text
+from llfsm_verify import TraceStep
+from llfsm_verify.extensions.debugger import MOST_STEPS
+from llfsm_verify.extensions.debugger.guards import Evaluated, Guards
+from llfsm_verify.extensions.debugger.paths import Free, StepPath, free_value
+from llfsm_verify.extensions.debugger.watches import FormulaWatch
+from llfsm_verify.plug import (
+    VERDICT_WORDS,
+    Arrangement,
+    DebugError,
+    Differs,
+    Execution,
+    FaultSite,
+    MonitorVerdict,
+    Move,
+    NextStep,
+    PathStart,
+    StepResult,
+    element_texts,
+    lower,
+    text,
+    tick,
+    value_text,
+)  # fmt: skip
 
 MOST_ASKED = 8
 """Formulas whose values were asked for and whose programs are kept."""
@@ -73,8 +81,8 @@ class Debugger:
     def __init__(
         self,
         arrangement: Arrangement,
-        path: Callable[[Execution], Path],
-        start: Start = Start(),  # noqa: B008 - it is frozen
+        path: Callable[[Execution], StepPath],
+        start: PathStart = PathStart(),  # noqa: B008 - it is frozen
         most: int = MOST_STEPS,
     ) -> None:
         self.arrangement = arrangement
@@ -92,7 +100,7 @@ class Debugger:
         self.start = start
         self._first = start.record(self.execution)
         self._cycle = self.execution.layout.reader(self.program.cycle)
-        self._pending: Next | None = None
+        self._pending: NextStep | None = None
         self._asked: dict[str, FormulaWatch] = {}
         self._stopped = False
 
@@ -157,7 +165,7 @@ class Debugger:
         found: dict[str, str] = {}
         for var in self.program.vars:
             if not var.output and var.origin.kind != "control":
-                found.update((name, text(value)) for name, value in elements(var, values[var.name]))
+                found.update((name, text(value)) for name, value in element_texts(var, values[var.name]))
         return found
 
     @property
@@ -331,18 +339,21 @@ class Debugger:
         self.position += 1
         return None
 
-    def _given(self) -> Next | str:
+    def _given(self) -> NextStep | str:
         """The next step of the path: that which could not be taken, if there is one."""
         if self._pending is None:
             if isinstance(self.path, Free):
                 self.path.last = self.history[-1].move.process if self.history else None
-            given = self.path.next(self.record(), self.position + 1)
+            try:
+                given = self.path.next(self.record(), self.position + 1)
+            except Differs as differs:
+                raise DebugError(f"this is not a recording of this arrangement: {differs}") from None
             if isinstance(given, str) or isinstance(self.path, Free):
                 return given
             self._pending = given
         return self._pending
 
-    def _performed(self, given: Next) -> StepResult:
+    def _performed(self, given: NextStep) -> StepResult:
         """The step, performed. DebugError: it is not possible here."""
         move, record = given.move, self.record()
         enabled, number = self.execution.enabled(record), self.position + 1
@@ -410,7 +421,7 @@ class Debugger:
         self._follow(watch)
         if not watch.is_state:
             verdict = watch.verdict(self.position)
-            return WORDS[verdict if verdict in WORDS else MonitorVerdict.NOT_YET]
+            return VERDICT_WORDS[verdict if verdict in VERDICT_WORDS else MonitorVerdict.NOT_YET]
         return {True: "true", False: "false", None: "unknown"}[watch.value(self.position)]
 
     # ------------------------------------------------ inputs
@@ -430,7 +441,7 @@ class Debugger:
         if self.start.stood is not None:
             raise DebugError(f"`{name}` never changes in a run, and this run continues an earlier one")
         forgotten = self._cut()
-        self.start = Start((*self.execution.free(self._first), (name, number)))
+        self.start = PathStart((*self.execution.free(self._first), (name, number)))
         self._first = self.start.record(self.execution)
         self.breaks = {k: FormulaWatch(self.arrangement, w.text, self.start, 0) for k, w in self.breaks.items()}
         self._asked.clear()

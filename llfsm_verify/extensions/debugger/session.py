@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Protocol
 
-from llfsm_verify.arrangement.model import ACTION_KINDS
-from llfsm_verify.diagnostics import DiagnosticError, counted, without_controls
-from llfsm_verify.language.scope import IMPLICIT_SUSPEND
-from llfsm_verify.registry import Registry
-from llfsm_verify.runtime.debugging.commands import BY_NAME, COMMANDS, Answer, ParsedCommand, Part, Steps, Table, parse
-from llfsm_verify.runtime.debugging.debugger import Debugger, Went
-from llfsm_verify.runtime.debugging.guards import Evaluated
-from llfsm_verify.runtime.debugging.paths import DebugError, Free
+from llfsm_verify import DiagnosticError
+from llfsm_verify.extensions.debugger.commands import COMMANDS, ParsedCommand, parse
+from llfsm_verify.extensions.debugger.debugger import Debugger, Went
+from llfsm_verify.extensions.debugger.guards import Evaluated
+from llfsm_verify.extensions.debugger.paths import Free
+from llfsm_verify.plug import (
+    ACTION_KINDS,
+    IMPLICIT_SUSPEND,
+    DebugAnswer,
+    DebugError,
+    DebugPart,
+    DebugSteps,
+    DebugTable,
+    counted,
+    without_controls,
+)  # fmt: skip
 
 MOST_SHOWN = 10
 """Steps that are shown of those that a command takes."""
@@ -21,7 +29,7 @@ MOST_SHOWN = 10
 class Driven(Protocol):
     """What a front drives: a debugger, or a look at what runs."""
 
-    def do(self, line: str) -> Answer:
+    def do(self, line: str) -> DebugAnswer:
         """Do a command. DebugError: it cannot be done; the message says why."""
 
 
@@ -31,11 +39,11 @@ class Session:
     def __init__(self, debugger: Debugger) -> None:
         self.debugger = debugger
 
-    def do(self, line: str) -> Answer:
+    def do(self, line: str) -> DebugAnswer:
         """Do a command. DebugError: it cannot be done, and nothing has changed, or it stopped on its way."""
         given = parse(line)
         if given is None:
-            return Answer()
+            return DebugAnswer()
         try:
             return self._do(given)
         except DiagnosticError as error:
@@ -43,7 +51,11 @@ class Session:
             hint = f" ({told.hint})" if told.hint else ""
             raise DebugError(without_controls(f"{told.message}{hint}")) from None
 
-    def _do(self, given: ParsedCommand) -> Answer:
+    def stop(self) -> None:
+        """End what another thread does with `do`, as soon as it can."""
+        self.debugger.stop()
+
+    def _do(self, given: ParsedCommand) -> DebugAnswer:
         debugger, number, words = self.debugger, given.number or 1, given.words
         match given.command.name:
             case "step":
@@ -66,58 +78,60 @@ class Session:
                 return self._went(debugger.go(given.number or 0))
             case "break":
                 made = debugger.add_break(words[0])
-                return Answer((f"break point {made}: {debugger.breaks[made].text}",))
+                return DebugAnswer((f"break point {made}: {debugger.breaks[made].text}",))
             case "breaks":
-                return Answer((self._breaks(),))
+                return DebugAnswer((self._breaks(),))
             case "delete":
                 debugger.remove_break(given.number)
-                return Answer((self._breaks(),))
+                return DebugAnswer((self._breaks(),))
             case "set":
                 forgotten = debugger.set(words[0], words[1])
-                return Answer((f"{words[0]} = {words[1]} from here on{_forgotten(forgotten)}",))
+                return DebugAnswer((f"{words[0]} = {words[1]} from here on{_forgotten(forgotten)}",))
             case "free":
-                return Answer((f"{words[0]} is not set any more{_forgotten(debugger.release(words[0]))}",))
+                return DebugAnswer((f"{words[0]} is not set any more{_forgotten(debugger.release(words[0]))}",))
             case "turn":
-                return Answer((f"`{words[0]}` takes the next step{_forgotten(debugger.turn(words[0]))}",))
+                return DebugAnswer((f"`{words[0]}` takes the next step{_forgotten(debugger.turn(words[0]))}",))
             case "fork":
                 forgotten = debugger.fork()
-                return Answer((f"from here on inputs can be set; they keep their last values{_forgotten(forgotten)}",))
+                return DebugAnswer(
+                    (f"from here on inputs can be set; they keep their last values{_forgotten(forgotten)}",)
+                )
             case "why":
-                return Answer(tuple(self._why()))
+                return DebugAnswer(tuple(self._why()))
             case "show":
-                return Answer((self._shown(words),))
+                return DebugAnswer((self._shown(words),))
             case "inputs":
-                return Answer((self._inputs(),))
+                return DebugAnswer((self._inputs(),))
             case "value":
-                return Answer((f"{words[0]}: {debugger.value(words[0])}",))
+                return DebugAnswer((f"{words[0]}: {debugger.value(words[0])}",))
             case "expect":
                 value = debugger.value(words[0])
-                return Answer((f"{words[0]}: {value}",), expected=value in ("true", "satisfied"))
+                return DebugAnswer((f"{words[0]}: {value}",), expected=value in ("true", "satisfied"))
             case "list":
-                return Answer(tuple(self._listed(words[0] if words else None)))
+                return DebugAnswer(tuple(self._listed(words[0] if words else None)))
             case "history":
                 begin = max(0, debugger.position - number)
-                return Answer((self._steps(begin, debugger.position, number),))
+                return DebugAnswer((self._steps(begin, debugger.position, number),))
             case "where":
-                return Answer((self.where(),))
+                return DebugAnswer((self.where(),))
             case "help":
                 return helped(words)
-        return Answer(quits=True)
+        return DebugAnswer(quits=True)
 
     # ------------------------------------------------ what is told
 
-    def _went(self, went: Went) -> Answer:
-        parts: list[Part] = []
+    def _went(self, went: Went) -> DebugAnswer:
+        parts: list[DebugPart] = []
         if went.end > went.begin:
             parts.append(self._steps(went.begin, went.end, MOST_SHOWN))
         if went.reason:
             parts.append(f"{went.reason[0].upper()}{went.reason[1:]}.")
-        return Answer((*parts, self.where()))
+        return DebugAnswer((*parts, self.where()))
 
-    def _steps(self, begin: int, end: int, most: int) -> Steps:
+    def _steps(self, begin: int, end: int, most: int) -> DebugSteps:
         first = max(begin, end - most)
         steps = tuple(self.debugger.described(number) for number in range(first + 1, end + 1))
-        return Steps(first + 1, steps, first - begin)
+        return DebugSteps(first + 1, steps, first - begin)
 
     def where(self) -> str:
         """One line: the position, its time, and the states of all machines."""
@@ -134,19 +148,19 @@ class Session:
             told.append(f"{counted(later, 'later step')} known")
         return f"at {', '.join(told)}: {' '.join(f'{m}@{s}' for m, s in debugger.states.items())}"
 
-    def _breaks(self) -> Part:
+    def _breaks(self) -> DebugPart:
         rows = tuple((str(number), watch.text) for number, watch in self.debugger.breaks.items())
-        return Table(("break point", "formula"), rows) if rows else "there are no break points"
+        return DebugTable(("break point", "formula"), rows) if rows else "there are no break points"
 
-    def _inputs(self) -> Part:
+    def _inputs(self) -> DebugPart:
         path, values = self.debugger.path, self.debugger.inputs
         if not values:
             return "there are no inputs" if isinstance(path, Free) else "no step has read an input yet"
         held = path.held if isinstance(path, Free) else {}
         rows = tuple((name, value, "set" if name in held else "") for name, value in values.items())
-        return Table(("input", "value", "set"), rows)
+        return DebugTable(("input", "value", "set"), rows)
 
-    def _shown(self, names: tuple[str, ...]) -> Table:
+    def _shown(self, names: tuple[str, ...]) -> DebugTable:
         debugger = self.debugger
         clocks = debugger.clocks
         unit = "cycles" if debugger.arrangement.timing == "timed" else "bounds"
@@ -161,9 +175,9 @@ class Session:
                     f"there is no machine or variable `{wrong[:60]}`; `show` lists them, `inputs` the others"
                 )
             rows = [row for row in rows if any(_is_of(row[0], name) for name in names)]
-        return Table(("name", "value"), tuple(rows))
+        return DebugTable(("name", "value"), tuple(rows))
 
-    def _why(self) -> Iterable[Part]:
+    def _why(self) -> Iterable[DebugPart]:
         debugger = self.debugger
         guards = debugger.guards()
         failed = debugger.failed if debugger.position == len(debugger.history) else None
@@ -178,12 +192,12 @@ class Session:
         else:
             yield f"step {number:,} fails"
         yield (
-            Table(("machine", "guard", "value", "because"), tuple(map(_row, guards)))
+            DebugTable(("machine", "guard", "value", "because"), tuple(map(_row, guards)))
             if guards
             else ("no guard was evaluated")
         )
 
-    def _listed(self, name: str | None) -> Iterable[Part]:
+    def _listed(self, name: str | None) -> Iterable[DebugPart]:
         debugger = self.debugger
         if name is None:
             name = debugger.described(debugger.position).machine if debugger.position else None
@@ -227,17 +241,12 @@ def state_text(debugger: Debugger, machine: str) -> tuple[str, ...]:
     return tuple(lines) or ("it has no actions and no transitions",)
 
 
-def helped(words: tuple[str, ...]) -> Answer:
+def helped(words: tuple[str, ...]) -> DebugAnswer:
     """What `help` says."""
     if not words:
-        return Answer(
-            (Table(("command", "short", "what it does"), tuple((c.usage, c.short, c.about) for c in COMMANDS)),)
-        )
-    command = BY_NAME.get(words[0])
+        rows = tuple((c.usage, c.short, c.about) for c in COMMANDS)
+        return DebugAnswer((DebugTable(("command", "short", "what it does"), rows),))
+    command = next((c for c in COMMANDS if words[0] in (c.name, c.short)), None)
     if command is None:
         raise DebugError(f"there is no command `{words[0][:40]}`; `help` lists them")
-    return Answer((f"{command.usage} (short: {command.short}): {command.about}",))
-
-
-FRONT_ENDS: Registry[Callable[[Session], int]] = Registry("front end of the debugger", (), "llfsm_verify.debuggers")
-"""Each shows a session on a terminal until its user ends it; the exit code. The first is asked."""
+    return DebugAnswer((f"{command.usage} (short: {command.short}): {command.about}",))

@@ -6,10 +6,11 @@ import pytest
 
 from llfsm_verify.arrangement import build_arrangement, load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.runtime.debugging.commands import BY_NAME, COMMANDS, Steps, Table
-from llfsm_verify.runtime.debugging.debugger import Debugger
-from llfsm_verify.runtime.debugging.paths import DebugError, Free
-from llfsm_verify.runtime.debugging.session import Session
+from llfsm_verify.extensions.debugger.commands import BY_NAME, COMMANDS
+from llfsm_verify.extensions.debugger.debugger import Debugger
+from llfsm_verify.extensions.debugger.paths import Free
+from llfsm_verify.extensions.debugger.session import Session
+from llfsm_verify.report.debugging import DebugError, Steps, Table
 from llfsm_verify.runtime.stepping.simulation import Simulation
 from llfsm_verify.semantics.lowering import lower
 

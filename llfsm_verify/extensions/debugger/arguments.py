@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from llfsm_verify.cli.arguments import drawn_inputs, other_arrangement, positive, repeatable
-from llfsm_verify.cli.parser import Parser
-from llfsm_verify.runtime.debugging import MOST_STEPS
+from llfsm_verify.extensions.debugger import MOST_STEPS
+from llfsm_verify.plug import CommandParser, drawn_inputs, other_arrangement, positive_number, repeatable
 
 
-def arguments(parser: Parser) -> None:
+def arguments(parser: CommandParser) -> None:
     """Add the arguments of `llfsm debug`."""
     parser.about(
         "Walk a run forwards and backwards, by ringlets, cycles and break points, and see why transitions fired. "
@@ -36,7 +35,7 @@ def arguments(parser: Parser) -> None:
     add(
         "--history",
         metavar="N",
-        type=positive,
+        type=positive_number,
         default=MOST_STEPS,
         help=f"how many steps are kept to go back to (default: {MOST_STEPS:,})",
     )

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from llfsm_verify.runtime.debugging.commands import COMMANDS
+from llfsm_verify.extensions.debugger.commands import COMMANDS
 from llfsm_verify.runtime.whiteboard.client import Whiteboard, WhiteboardError
 from tests.cli.running import FAULTY, LIGHTS, llfsm
 

@@ -11,22 +11,31 @@ from contextlib import ExitStack
 from itertools import chain
 from pathlib import Path
 
-from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.arrangement.files import read_source
-from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.replay.execution import Execution
-from llfsm_verify.cli.arguments import DRAWN, assignments
-from llfsm_verify.cli.io.output import Output
-from llfsm_verify.cli.parser import UsageError, wrong_usage
-from llfsm_verify.collector import do_more_tasks
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.runtime.debugging.debugger import Debugger
-from llfsm_verify.runtime.debugging.paths import DebugError, Free, Recorded, Start, Traced
-from llfsm_verify.runtime.debugging.paths import Path as Walked
-from llfsm_verify.runtime.debugging.session import FRONT_ENDS, Driven, Session
-from llfsm_verify.runtime.live import ABSENT
-from llfsm_verify.runtime.stepping.drawing import DrawingError, drawing_of, free_values
-from llfsm_verify.semantics.lowering import lower
+from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify.extensions.debugger.debugger import Debugger
+from llfsm_verify.extensions.debugger.paths import Free, StepPath, Traced
+from llfsm_verify.extensions.debugger.session import Driven, Session
+from llfsm_verify.plug import (
+    DRAWN_VALUES,
+    FRONT_ENDS,
+    NO_WHITEBOARD,
+    Arrangement,
+    DebugError,
+    DrawingError,
+    Execution,
+    Output,
+    PathStart,
+    Recorded,
+    UsageError,
+    assignments,
+    do_more_tasks,
+    drawing_of,
+    free_values,
+    load_arrangement,
+    lower,
+    read_source,
+    wrong_usage,
+)  # fmt: skip
 
 UNEXPECTED, IMPOSSIBLE = 1, 2
 PROMPT = "(debug) "
@@ -36,7 +45,7 @@ def run(options: Namespace) -> int:
     """1 where what `expect` asked for is not so, 2 where a command cannot be done. DiagnosticError: wrong files."""
     do_more_tasks()
     _refuse_misuse(options)
-    options.draw = assignments("--draw", options.draw, DRAWN)
+    options.draw = assignments("--draw", options.draw, DRAWN_VALUES)
     given: list[str] = list(options.commands)
     if options.script is not None and options.script != "-":
         given += read_source(options.script)[0].text.splitlines()
@@ -120,7 +129,7 @@ def _asked(driven: Driven, output: Output) -> int:
 
 
 def _tell(parts: Iterable[object], output: Output) -> None:
-    from llfsm_verify.report.debugging import lines_of
+    from llfsm_verify.plug import lines_of
 
     output.rich(lines_of(parts, output.width))  # type: ignore[arg-type]
 
@@ -133,7 +142,7 @@ _HEAD_BYTES = 1 << 16
 
 def opened(options: Namespace, left: ExitStack) -> Driven:
     """What is debugged, ready to be driven; `left` closes what it holds. DiagnosticError: it cannot be read."""
-    from llfsm_verify.runtime.recording.file import is_recording
+    from llfsm_verify.plug import is_recording
 
     path = options.what
     if path != "-" and not os.path.exists(path):  # noqa: PTH110 - also a text that is no name of a file
@@ -143,7 +152,7 @@ def opened(options: Namespace, left: ExitStack) -> Driven:
         if path.isidentifier():
             message = f"there is no file `{path}`, and no arrangement runs with a whiteboard of that name"
             hint = "check the path; `llfsm whiteboard list` says what runs"
-            raise DiagnosticError([Diagnostic(ABSENT, message, hint=hint)])
+            raise DiagnosticError([Diagnostic(NO_WHITEBOARD, message, hint=hint)])
     if path != "-" and is_recording(path):
         return _recorded(options, left)
     if path != "-" and _is_trace(path):
@@ -153,10 +162,10 @@ def opened(options: Namespace, left: ExitStack) -> Driven:
     program = lower(arrangement, keep_all_bits=True)
     law = drawing_of(program, options.hold, options.draw)
 
-    def free(execution: Execution) -> Walked:
+    def free(execution: Execution) -> StepPath:
         return Free(execution, options.seed, law)
 
-    start = Start(tuple(free_values(program, {}, law, options.seed).items()))
+    start = PathStart(tuple(free_values(program, {}, law, options.seed).items()))
     return Session(Debugger(arrangement, free, start, options.history))
 
 
@@ -173,12 +182,12 @@ def _is_trace(path: str) -> bool:
 
 def _attached(name: str, left: ExitStack) -> Driven | None:
     """A look at what runs; None: nothing of this name runs."""
-    from llfsm_verify.runtime.debugging.attached import Attached
-    from llfsm_verify.runtime.whiteboard.client import Whiteboard, WhiteboardError
-    from llfsm_verify.runtime.whiteboard.places import NoPlace, names
+    from llfsm_verify import Whiteboard, WhiteboardError
+    from llfsm_verify.extensions.debugger.attached import Attached
+    from llfsm_verify.plug import NoPlace, whiteboard_names
 
     try:
-        if name not in names():
+        if name not in whiteboard_names():
             return None
         board = left.enter_context(Whiteboard(name))
         return Attached(board, left.enter_context(board.subscribe()))
@@ -186,13 +195,12 @@ def _attached(name: str, left: ExitStack) -> Driven | None:
         return None
     except WhiteboardError as error:
         raise DiagnosticError(
-            [Diagnostic(ABSENT, str(error), hint="`llfsm whiteboard list` says what there is")]
+            [Diagnostic(NO_WHITEBOARD, str(error), hint="`llfsm whiteboard list` says what there is")]
         ) from None
 
 
 def _recorded(options: Namespace, left: ExitStack) -> Driven:
-    from llfsm_verify.runtime.recording.file import Recording
-    from llfsm_verify.runtime.recording.origin import arrangement_of, code_of
+    from llfsm_verify.plug import Recording, arrangement_of, code_of
 
     recording = left.enter_context(Recording(options.what))
     arrangement: Arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
@@ -201,8 +209,8 @@ def _recorded(options: Namespace, left: ExitStack) -> Driven:
 
 
 def _traced(options: Namespace) -> Driven:
-    from llfsm_verify.verification.replay import saved_run
+    from llfsm_verify.plug import saved_run
 
     file, arrangement, schedule = saved_run(options.what, options.arrangement, load_arrangement)
     path = Traced(schedule, fails=file.fault is not None)
-    return Session(Debugger(arrangement, lambda _: path, Start(schedule.free), options.history))
+    return Session(Debugger(arrangement, lambda _: path, PathStart(schedule.free), options.history))

@@ -4,20 +4,27 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.monitors import WORDS, monitors_of
-from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.replay.confirm import Letter
-from llfsm_verify.checking.replay.execution import Execution
-from llfsm_verify.diagnostics import Disagreement, Source
-from llfsm_verify.logic.formula import is_boolean
-from llfsm_verify.logic.lasso import evaluate
-from llfsm_verify.logic.parsing.tokens import tokenise
-from llfsm_verify.logic.properties import Property, PropertySet, parse_properties
-from llfsm_verify.monitoring.states import MonitorVerdict
-from llfsm_verify.program.moves import Move
-from llfsm_verify.program.program import Choice
-from llfsm_verify.runtime.debugging.paths import DebugError, Start
+from llfsm_verify import Disagreement
+from llfsm_verify.plug import (
+    VERDICT_WORDS,
+    Arrangement,
+    Choice,
+    DebugError,
+    Execution,
+    Letter,
+    MonitorVerdict,
+    Move,
+    PathStart,
+    Property,
+    PropertySet,
+    Source,
+    bind,
+    evaluate_formula,
+    is_boolean,
+    monitors_of,
+    parse_properties,
+    tokenise,
+)  # fmt: skip
 
 NAME = "the formula"
 
@@ -30,7 +37,7 @@ class FormulaWatch:
     of its own, on which the steps of the debugger are performed once more.
     """
 
-    def __init__(self, arrangement: Arrangement, text: str, start: Start, begin: int) -> None:
+    def __init__(self, arrangement: Arrangement, text: str, start: PathStart, begin: int) -> None:
         self.text = " ".join(text.split())
         line = _one(parse_properties([Source(NAME, text)]), self.text)
         self.is_state = line.formula is not None and is_boolean(line.formula)
@@ -106,7 +113,7 @@ class FormulaWatch:
         """Of a state formula: whether it is true at a position; None: it cannot be told."""
         assert self._formula is not None
         letter = self._letters[position]
-        return None if letter is None else evaluate(self._formula, (), [letter])
+        return None if letter is None else evaluate_formula(self._formula, (), [letter])
 
     def verdict(self, position: int) -> MonitorVerdict:
         """Of the monitor: what it says at a position, from where it began."""
@@ -133,7 +140,7 @@ class FormulaWatch:
         decided = verdict in (MonitorVerdict.TRUE, MonitorVerdict.FALSE)
         if not decided or (position > self.begin and self.verdict(position - 1) is verdict):
             return None
-        return f"`{self.text}` is {WORDS[verdict]}, read from step {self.begin:,} on"
+        return f"`{self.text}` is {VERDICT_WORDS[verdict]}, read from step {self.begin:,} on"
 
 
 def _one(lines: PropertySet, text: str) -> Property:

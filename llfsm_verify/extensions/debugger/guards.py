@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.backends.reference import Interpreter, Outcome
-from llfsm_verify.diagnostics import Disagreement
-from llfsm_verify.program.moves import Move
-from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.parts import PART, Part, Parts
-from llfsm_verify.values import Value, value_text
+from llfsm_verify import Disagreement
+from llfsm_verify.plug import (
+    GUARD_PART,
+    Arrangement,
+    GuardPart,
+    GuardParts,
+    Interpreter,
+    Move,
+    StepOutcome,
+    Value,
+    lower,
+    value_text,
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +48,7 @@ class Guards:
     """Performs single steps with the reference interpreter, on a program that tells the parts of guards."""
 
     def __init__(self, arrangement: Arrangement) -> None:
-        self._parts = Parts()
+        self._parts = GuardParts()
         self._unit = "cycles" if arrangement.timing == "timed" else "bounds"
         self.program = lower(arrangement, keep_all_bits=True, parts=self._parts)
         self._interpreter = Interpreter(self.program)
@@ -60,11 +66,11 @@ class Guards:
             raise Disagreement("the reference interpreter takes another step than the executor")
         return tuple(self._told(outcome))
 
-    def _told(self, outcome: Outcome) -> list[Evaluated]:
+    def _told(self, outcome: StepOutcome) -> list[Evaluated]:
         found: list[Evaluated] = []
         parts: list[PartValue] = []
         for kind, index, arguments in outcome.events:
-            if kind == PART:
+            if kind == GUARD_PART:
                 parts.append(self._part(self._parts.found[arguments[0]], arguments[1]))
             elif kind == "guard":
                 state, number, value = arguments
@@ -80,7 +86,7 @@ class Guards:
             found.append(Evaluated("", "", 0, "", "", None, tuple(dict.fromkeys(parts))))
         return found
 
-    def _part(self, part: Part, value: int) -> PartValue:
+    def _part(self, part: GuardPart, value: int) -> PartValue:
         if part.clock:
             return PartValue(part.text, f"{value} {self._unit}")
         return PartValue(part.text, value_text(part.type, part.labels, value))

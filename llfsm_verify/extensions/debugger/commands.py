@@ -1,4 +1,4 @@
-"""The commands of debuggers, as one table that all fronts read, and what a debugger answers, without any terminal."""
+"""The commands of debuggers, as one table."""
 
 from __future__ import annotations
 
@@ -6,38 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from llfsm_verify.checking.trace import TraceStep
-from llfsm_verify.runtime.debugging.paths import DebugError
-
-
-@dataclass(frozen=True, slots=True)
-class Steps:
-    """Steps as traces show them, `first` being the number of the first one; so many were `left_out` before it."""
-
-    first: int
-    steps: tuple[TraceStep, ...]
-    left_out: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class Table:
-    """Cells below the titles of their columns."""
-
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-
-
-Part = str | Steps | Table
-
-
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """What a command came to. `expected`: whether what `expect` asked for is so (None: nothing was asked)."""
-
-    parts: tuple[Part, ...] = ()
-    expected: bool | None = None
-    quits: bool = False
-
+from llfsm_verify.plug import DebugError
 
 Takes = Literal["nothing", "count", "number", "number?", "formula", "word", "word?", "words?", "name value"]
 WORDS: Mapping[Takes, tuple[int, int]] = {

@@ -5,14 +5,18 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 
-from llfsm_verify.diagnostics import counted
-from llfsm_verify.runtime.debugging.commands import Answer, ParsedCommand, Part, Table, parse
-from llfsm_verify.runtime.debugging.debugger import Went
-from llfsm_verify.runtime.debugging.paths import DebugError
-from llfsm_verify.runtime.debugging.session import MOST_SHOWN, helped
-from llfsm_verify.runtime.whiteboard.client import Whiteboard
-from llfsm_verify.runtime.whiteboard.subscription import Subscription, Update
-from llfsm_verify.values import text
+from llfsm_verify import Subscription, Update, Whiteboard
+from llfsm_verify.extensions.debugger.commands import ParsedCommand, parse
+from llfsm_verify.extensions.debugger.debugger import Went
+from llfsm_verify.extensions.debugger.session import MOST_SHOWN, helped
+from llfsm_verify.plug import (
+    DebugAnswer,
+    DebugError,
+    DebugPart,
+    DebugTable,
+    counted,
+    text,
+)  # fmt: skip
 
 MOST_FRAMES = 100_000
 """Frames that are kept to go back to; of more, the older half is forgotten."""
@@ -35,12 +39,12 @@ class Attached:
         self._numbers = 0
         self._forward()
 
-    def do(self, line: str) -> Answer:
+    def do(self, line: str) -> DebugAnswer:
         """Do a command. DebugError: it would change the run, or cannot be done by looking."""
         given = parse(line)
-        return Answer() if given is None else self._do(given)
+        return DebugAnswer() if given is None else self._do(given)
 
-    def _do(self, given: ParsedCommand) -> Answer:
+    def _do(self, given: ParsedCommand) -> DebugAnswer:
         number, words, name = given.number or 1, given.words, given.command.name
         match name:
             case "step":
@@ -60,27 +64,27 @@ class Attached:
             case "break":
                 self._numbers += 1
                 self.breaks[self._numbers] = self._state(words[0])
-                return Answer((f"break point {self._numbers}: {self.breaks[self._numbers]}",))
+                return DebugAnswer((f"break point {self._numbers}: {self.breaks[self._numbers]}",))
             case "breaks":
-                return Answer((self._listed(),))
+                return DebugAnswer((self._listed(),))
             case "delete":
                 if given.number is None:
                     self.breaks.clear()
                 elif self.breaks.pop(given.number, None) is None:
                     raise DebugError(f"there is no break point {given.number}")
-                return Answer((self._listed(),))
+                return DebugAnswer((self._listed(),))
             case "value" | "expect":
                 value = self._holds(self._state(words[0]))
                 told = f"{words[0]}: {text(value)}"
-                return Answer((told,), expected=value if name == "expect" else None)
+                return DebugAnswer((told,), expected=value if name == "expect" else None)
             case "show":
-                return Answer((self._shown(words),))
+                return DebugAnswer((self._shown(words),))
             case "where":
-                return Answer((self.where(),))
+                return DebugAnswer((self.where(),))
             case "help":
                 return helped(words)
             case "quit":
-                return Answer(quits=True)
+                return DebugAnswer(quits=True)
         if given.command.changes:
             raise DebugError(
                 f"`{name}` would change the run, but an attached debugger only looks; `llfsm whiteboard post` "
@@ -160,15 +164,15 @@ class Attached:
         machine, state = wanted.split("@")
         return bool(self.frames) and self.frames[self.position].values.get(machine) == state
 
-    def _went(self, went: Went) -> Answer:
-        parts: list[Part] = []
+    def _went(self, went: Went) -> DebugAnswer:
+        parts: list[DebugPart] = []
         seen = [i for i, f in enumerate(self.frames) if went.begin < f.number <= went.end]
         if seen:
             first = seen[-MOST_SHOWN:]
-            parts.append(Table(("frame", "changes"), tuple(self._changes(i) for i in first)))
+            parts.append(DebugTable(("frame", "changes"), tuple(self._changes(i) for i in first)))
         if went.reason:
             parts.append(f"{went.reason[0].upper()}{went.reason[1:]}.")
-        return Answer((*parts, self.where()))
+        return DebugAnswer((*parts, self.where()))
 
     def _changes(self, index: int) -> tuple[str, str]:
         frame = self.frames[index]
@@ -191,15 +195,15 @@ class Attached:
             f"at frame {frame.number:,}{more}: {' '.join(f'{m}@{text(frame.values[m])}' for m in self._board.machines)}"
         )
 
-    def _listed(self) -> Part:
+    def _listed(self) -> DebugPart:
         rows = tuple((str(number), wanted) for number, wanted in self.breaks.items())
-        return Table(("break point", "state"), rows) if rows else "there are no break points"
+        return DebugTable(("break point", "state"), rows) if rows else "there are no break points"
 
-    def _shown(self, names: tuple[str, ...]) -> Part:
+    def _shown(self, names: tuple[str, ...]) -> DebugPart:
         if not self.frames:
             return "no frame has been seen"
         values = self.frames[self.position].values
         wrong = next((name for name in names if name not in values), None)
         if wrong is not None:
             raise DebugError(f"there is no slot `{wrong[:60]}`, only {', '.join(values)}")
-        return Table(("name", "value"), tuple((n, text(v)) for n, v in values.items() if not names or n in names))
+        return DebugTable(("name", "value"), tuple((n, text(v)) for n, v in values.items() if not names or n in names))

@@ -11,9 +11,9 @@ from hypothesis import HealthCheck, Phase, settings
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.backends.reference import Interpreter
+from llfsm_verify.extensions.debugger.debugger import Debugger
+from llfsm_verify.extensions.debugger.paths import Free
 from llfsm_verify.program.program import Choice
-from llfsm_verify.runtime.debugging.debugger import Debugger
-from llfsm_verify.runtime.debugging.paths import Free
 from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.values import Value
 from tests.quick import each, examples, many, spread
