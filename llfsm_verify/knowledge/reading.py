@@ -46,7 +46,7 @@ _DECLARED = ("name", "input", "output")
 _EACH = "write a rule for each: `a => c. b => c.`"
 _NOT, _AND, _COMMENT = "write `~a` for `not a`", "write `,` for `and`: `a, ~b => c.`", "comments begin with `%`"
 _HABITS = {
-    ":": "a rule ends with what it concludes: `BODY => HEAD.` for `HEAD :- BODY.`",
+    ":-": "a rule ends with what it concludes: `BODY => HEAD.` for `HEAD :- BODY.`",
     ";": "statements end with `.`",
     "<": "write the stronger rule first: `C1 > C0.`",
     "=": "the arrows are `->` (strict), `=>` (by default) and `~>` (a defeater)",
@@ -102,7 +102,8 @@ class _Reader:
         self._tokens = [_Token(str(m.lastgroup), m[0], Span(source, *m.span())) for m in found]
         if len(self._tokens) > MAX_WORDS:
             self._too_large(f"{MAX_WORDS:,} words and signs", self._tokens[-1].span)
-        end = Span(source, max(0, len(source.text.rstrip()) - 1), len(source.text))
+        length = len(source.text.rstrip())
+        end = Span(source, max(0, length - 1), length)
         self._tokens += [_Token("end", "", end)] * 2
         self._at = 0
 
@@ -176,7 +177,7 @@ class _Reader:
             raise _Broken
         untyped = letter.text != "b" and self._next.text in ("}", ",")
         atom = letter if untyped else self._take("the name of an output", "name")
-        text = self._take("the name outside, in quotes", "text").text[1:-1] if self._comma() else atom.text
+        text = self._take("the name outside (in quotes)", "text").text[1:-1] if self._comma() else atom.text
         named = text if text.strip() and text.isprintable() else atom.text
         form = f'write `output {{b {atom.text}, "{named}"}}.`'
         if untyped:
@@ -254,8 +255,9 @@ class _Reader:
 
     def _unfit(self, expected: str, hint: str | None = None) -> NoReturn:
         token = self._next
-        words = (token.text, token.text[:1], self._tokens[self._at - 1].text if self._at else "")
-        hint = hint or next((_HABITS[w] for w in words if w in _HABITS), "a rule is `C1: a, ~b => c.`")
+        before = self._tokens[self._at - 1].text if self._at else ""
+        words = (before + token.text, token.text, token.text[:1] if token.kind == "foreign" else "", before)
+        hint = hint or next((_HABITS[w] for w in words if w in _HABITS), "a rule is `C1: {a, ~b} => c.`")
         shown = f"`{token.text}`" if token.text.isprintable() else f"U+{ord(token.text[0]):04X}"
         written = "the file ends" if token.kind == "end" else f"there is {shown}"
         self._say(codes.SYNTAX, f"{expected} is expected, and {written}", token.span, hint)
@@ -316,6 +318,9 @@ class _Reader:
         if literal.complement in known:
             message = f"no rule can conclude `{literal}`, only rules for `{literal.complement}` are there"
             hint = f"add a rule for it, such as `{{}} => {literal}.` for what holds by default"
+        elif any(rule.head == literal for rule in self.rules):
+            message = f"no rule can conclude `{literal}`, only defeaters are there"
+            hint = "write `=>` instead of `~>` for what holds by default"
         else:
             message = f"`{literal.atom}` is not an input, and no rule can conclude it"
             near = did_you_mean(literal.atom, (one.atom for one in known))

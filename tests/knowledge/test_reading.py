@@ -107,6 +107,14 @@ def test_nothing_is_said_that_only_follows_from_a_broken_statement() -> None:
     assert places("input {a}.\na => q.\noutput {b, q}.\n") == [("E570", 3)]
 
 
+def test_a_statement_of_several_lines_is_not_quoted() -> None:
+    (first, second) = mistakes("input {a}.\nR: a\n  => q\nS: a\n=> ~q, a.\noutput {b q}.\n")
+    assert (first.message, first.hint) == ("a `.` is missing at the end of the statement", "write `.` there")
+    assert second.message == "`.` after the statement is expected, and there is `,`"
+    (only,) = mistakes(f"input {{a}}.\nR: {'a, ' * 30} a => q\noutput {{b q}}.\n")
+    assert only.message == first.message
+
+
 def test_long_names_are_cut_in_messages() -> None:
     name, other, broken = "x" * 5000, "y" * 5000, "z" * 5000
     text = f"input {{a}}. {name}: a => q. {name}: {other} => a. {other} > {name}. {name} > {name}."
@@ -131,6 +139,7 @@ def test_characters_that_cannot_be_shown_are_named() -> None:
         ("input {a}.\nR > .\nS: a => q.\noutput {b q}.", [2]),
         ("input {a}.\nS: a => q. }\noutput {b q}.", [2]),
         ("input {a\nS: a => q.\noutput {b q}.", [2]),
+        ("input {a}.\na => q\n{} => ~q\n~a => q.\noutput {b q}.", [2, 3]),
         ("inputs {a}.\nS: a => q.\noutput {b q}.", [1]),
         ("x", [1]),
     ],
