@@ -149,9 +149,10 @@ def test_mistakes_are_noticed(mistake: Callable[[typed.LetIn], typed.LetIn], mon
 @pytest.mark.long
 def test_engines_agree() -> None:
     tally = Counter[str]()
-    for number in range(many(1200)):
-        made = asking(Random() if FRESH else Random(2000 + number))
-        lines = (*made.properties, *made.equal)
+    for number in range(many(500)):
+        random = Random() if FRESH else Random(2000 + number)
+        made = asking(random)
+        lines = (random.choice(made.properties), *made.equal[-1:])
         sources = [Source("all.ltl", "\n".join(f"p{i}: {p}" for i, p in enumerate(lines)))]
         agree((made.inlined, bind(made.inlined, parse_properties(sources))), tally)
-    assert tally["decided by two or more"] > 20
+    assert {"explicit violated", "explicit holds", "bmc violated", "induction holds", "pdr holds"} <= tally.keys()
