@@ -74,6 +74,7 @@ class Prolog:
             self._process = subprocess.Popen(  # noqa: S603 - the user's program
                 [*COMMAND[:-3], "-g", f"{streams}, catch(llfsm_worker:serve(I, O), _, halt(2))", *COMMAND[-3:]],
                 stdin=subprocess.DEVNULL, stdout=written, stderr=written, pass_fds=(theirs, ours),
+                env={**os.environ, "LC_ALL": "C.UTF-8"},
             )  # fmt: skip
         finally:
             for descriptor in (theirs, ours, written):
@@ -155,7 +156,7 @@ class Bridge:
         try:
             self._load()
         except _Ended as why:
-            raise self._unloadable(str(why)) from None
+            raise self._unloadable(": ".join([str(why), *self._prolog.written[-1:]])) from None
 
     def _load(self) -> None:
         told = self._told

@@ -37,6 +37,12 @@ from llfsm_verify.plug import (
 
 LIMIT = 100
 """Milliseconds of a query."""
+INSTALL = "install it: on Debian, apt-get install swi-prolog-nox"
+HINTS = {
+    "is not defined": "define it, or write `:- dynamic NAME/ARITY.` where that comes later",
+    "has clauses": "leave its clauses out, or give the fact another name in the file of ports",
+}
+"""By words of what is wrong with a program."""
 _PLACED = re.compile(
     r"(?:`.*?`: )?(?P<file>.*?):(?P<line>\d+):(?P<column>\d+): (?P<code>E58\d): (?P<why>.*)", re.DOTALL
 )
@@ -63,7 +69,8 @@ class Prolog(PortKind):
         file = report.scalar(found["file"], "`file`")
         times = {key: report.time(found.get(key), f"`{key}`", WRONG_PORT) for key in ("limit", "every")}
         timing = patience_of(report, found, what)
-        path = Path(folder, file.text).absolute() if file is not None and "\0" not in file.text else None
+        home = Path(folder).resolve()
+        path = home / file.text if file is not None and "\0" not in file.text else None
         if file is not None and (path is None or not path.is_file()):
             report.error(WRONG_PORT, f"there is no file `{file.text[:60]}`", mark(file), "name a Prolog program")
         facts = dict(_terms(report, found.get("outputs"), "fact"))
@@ -81,27 +88,19 @@ class Prolog(PortKind):
 
         def start(link: Link) -> Port:
             if shutil.which("swipl") is None:
-                hint = "install it: on Debian, apt-get install swi-prolog-nox"
-                raise DiagnosticError(
-                    Diagnostic(NO_PROLOG, f"{what} needs SWI-Prolog, the program `swipl`", at, hint=hint)
-                )
+                message = f"{what} needs SWI-Prolog, the program `swipl`"
+                raise DiagnosticError(Diagnostic(NO_PROLOG, message, at, hint=INSTALL))
             types = link.hello({})
-            terms = {
-                "facts": _typed(facts, types["outputs"], "fact"),
-                "queries": _typed(queries, types["inputs"], "query"),
-            }
-            settings = ProcessSettings(
-                run, str(Path(folder).resolve()), told | terms, *timing, hint="correct the program"
-            )
+            told["facts"] = _typed(facts, types["outputs"], "fact")
+            told["queries"] = _typed(queries, types["inputs"], "query")
+            settings = ProcessSettings(run, str(home), told, *timing, hint="correct the program")
             try:
                 return settings.started.start(link)
             except Unopened as problem:
                 placed = _PLACED.match(str(problem))
                 if placed is None:
                     raise Unopened(str(problem).partition("`: ")[2] or str(problem), problem.hint) from None
-                raise DiagnosticError(
-                    _diagnostic(placed, {text: one.span for text, (one, _) in (facts | queries).items()}, folder)
-                ) from None
+                raise DiagnosticError(_diagnostic(placed, facts | queries, folder)) from None
 
         return Started(start)
 
@@ -128,16 +127,18 @@ def _terms(report: Report, node: Node | None, what: str) -> Iterator[tuple[str, 
 def _typed(terms: Terms, types: Json, what: str) -> Json:
     """The terms as Prolog reads them. DiagnosticError: one has no `Value`, and is no truth value."""
     found: dict[str, Json] = {}
-    assert isinstance(types, dict)
     for field, (scalar, made) in terms.items():
-        one, of = made, types[field]
-        if not (isinstance(of, dict) and of["boolean"]) and VALUE not in made.variables:
-            one = made.asks_value()
-            if not made.bare:
-                message = f"`{field[:60]}` has no `{VALUE}`, and is the {what} of a number or an enumerator"
-                raise DiagnosticError(Diagnostic(NO_TERM, message, scalar.span, hint=f"write `{VALUE}` for the value"))
-        found[field] = one.text
+        lacks = VALUE not in made.variables and not _boolean(types, field)
+        if lacks and not made.bare:
+            message = f"`{field[:60]}` has no `{VALUE}`, and is the {what} of a number or an enumerator"
+            raise DiagnosticError(Diagnostic(NO_TERM, message, scalar.span, hint=f"write `{VALUE}` for the value"))
+        found[field] = made.asks_value().text if lacks else made.text
     return found
+
+
+def _boolean(types: Json, field: str) -> bool:
+    of = types.get(field) if isinstance(types, dict) else None
+    return isinstance(of, dict) and bool(of["boolean"])
 
 
 def _texts(node: Node | None) -> Iterator[tuple[str, str]]:
@@ -146,28 +147,20 @@ def _texts(node: Node | None) -> Iterator[tuple[str, str]]:
             yield key.text, value.text
 
 
-def _diagnostic(placed: re.Match[str], terms: Mapping[str, Span], folder: str) -> Diagnostic:
+def _diagnostic(placed: re.Match[str], terms: Terms, folder: str) -> Diagnostic:
     """What the bridge has said, at its place."""
-    file, line, column, why = placed["file"], int(placed["line"]), int(placed["column"]), placed["why"].strip()
-    hint = "correct the program"
-    if "is not defined" in why:
-        hint = "define it, or write `:- dynamic NAME/ARITY.` where that comes later"
-    elif "has clauses" in why:
-        hint = "leave its clauses out, or give the fact another name in the file of ports"
+    file, line, column = placed["file"], int(placed["line"]), int(placed["column"])
+    code, why = placed["code"], placed["why"].strip()
     if file in terms:
-        return Diagnostic(
-            placed["code"], f"`{file}`: {why}", terms[file], hint="define it in the program, or write another name"
-        )
+        hint = "define it in the program, or write another name"
+        return Diagnostic(code, f"`{file}`: {why}", terms[file][0].span, hint=hint)
+    hint = next((hint for words, hint in HINTS.items() if words in why), "correct the program")
     path = Path(folder, file)
-    try:
-        source = Source(str(path), path.read_text(encoding="utf-8", errors="replace"))
-    except OSError:
-        return Diagnostic(placed["code"], why, file=str(path), hint=hint)
-    lines = source.text.splitlines(keepends=True)
-    start = sum(map(len, lines[: line - 1])) + max(0, column - 1)
-    if not line:
-        return Diagnostic(placed["code"], why, file=str(path), hint=hint)
-    return Diagnostic(placed["code"], why, Span(source, start, min(start + 1, len(source.text))), hint=hint)
+    if not line or not path.is_file():
+        return Diagnostic(code, why, file=str(path), hint=hint)
+    source = Source(str(path), path.read_text(encoding="utf-8", errors="replace"))
+    start = sum(len(one) + 1 for one in source.text.split("\n")[: line - 1]) + max(0, column - 1)
+    return Diagnostic(code, why, Span(source, start, min(start + 1, len(source.text))), hint=hint)
 
 
 KIND = Prolog()

@@ -35,8 +35,8 @@ class Term:
     variables: frozenset[str]
 
     def asks_value(self) -> Term:
-        """The same with `Value` as its argument, where it is bare."""
-        return Term(f"{self.text}({HOLE})", False, frozenset((VALUE,))) if self.bare else self
+        """The same with `Value` as its argument; it is bare."""
+        return Term(f"{self.text}({HOLE})", False, frozenset((VALUE,)))
 
 
 def term(text: str) -> Term:

@@ -300,6 +300,20 @@ def test_a_chain_of_theories_is_compared(cook: str, tmp_path: Path) -> None:
     assert llfsm("knowledge", "equivalent", "k60", "k0", "--arrangement", str(path)).returncode == 1
 
 
+def test_a_word_is_a_condition_whatever_files_there_are(
+    cook: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "oven.yaml").write_text(OVEN.replace("COOK", cook))
+    (tmp_path / "theory.txt").write_text(COOK)
+    for name in ("timeLeft", "near"):
+        (tmp_path / name).write_text("a file")
+    monkeypatch.chdir(tmp_path)
+    assert llfsm("knowledge", "equivalent", "cook.d", "timeLeft").returncode == 1
+    assert llfsm("knowledge", "equivalent", "near", "cook", "--arrangement", "oven.yaml").returncode == 1
+    assert llfsm("knowledge", "equivalent", "theory.txt", "cook.d").returncode == 0
+    assert llfsm("knowledge", "equivalent", "theory.txt", "timeLeft && !doorOpen" * 99).returncode == 3
+
+
 HARD = "v * w == 4611686014132420609 && v > 1 && v < w"  # the square of a prime
 
 

@@ -41,7 +41,7 @@ def test_answers_are_those_of_a_prolog_for_each_query(tmp_path: Path) -> None:
     asked = 0
     with bridge(file, facts, queries) as made:
         made.until("hello")
-        for _ in range(12):
+        for _ in range(10):
             values: dict[str, Any] = {
                 "light(ns, Value)": draw.choice(COLOURS["labels"]), "light(ew, Value)": draw.choice(COLOURS["labels"]),
                 "car_waiting": draw.random() < 0.5, "level(Value)": draw.randint(-9, 9),
@@ -52,7 +52,7 @@ def test_answers_are_those_of_a_prolog_for_each_query(tmp_path: Path) -> None:
             text = ":- dynamic car_waiting/0.\n" + LIGHTS
             made.heard.clear()
             answers = made.ask(values)
-            for query in draw.sample(sorted(queries), 3):
+            for query in draw.sample(sorted(queries), 2):
                 expected, got = alone(tmp_path, text, given, query), answers.get(query)
                 asked += 1
                 if got is None:
@@ -61,7 +61,7 @@ def test_answers_are_those_of_a_prolog_for_each_query(tmp_path: Path) -> None:
                     assert expected == ("yes" if got else "no")
                 else:
                     assert got == expected.strip("'") or float(got) == float(expected), (query, values)
-    assert asked == 36
+    assert asked == 20
 
 
 def run(folder: Path, text: str, queries: dict[str, Any], rounds: int = 2, **told: Any) -> Bridge:
@@ -174,7 +174,7 @@ def test_a_program_that_cannot_be_loaded_again_ends_the_bridge(tmp_path: Path) -
         file.write_text("good(X) :- n(X)\nmore.\n", encoding="utf-8")
         os.kill(made.swipl, signal.SIGKILL)
         made.until("say")
-        assert "program.pl:1:16: E582: Syntax error: Operator expected" in made.until("say")["say"]
+        assert "program.pl:1:17: E582: Syntax error: Operator expected" in made.until("say")["say"]
         assert made.process.wait() == 1
     file.write_text("good(X) :- n(X).\n", encoding="utf-8")
     with bridge(file, {"n(Value)": number(0, 9)}, {"good(Value)": number(0, 9)}, restart=False) as made:
@@ -184,8 +184,12 @@ def test_a_program_that_cannot_be_loaded_again_ends_the_bridge(tmp_path: Path) -
         assert "E582: Prolog was killed" in made.until("say")["say"] and made.process.wait() == 1
 
 
-def test_queries_are_asked_again_after_a_time_and_without_facts(tmp_path: Path) -> None:
-    file = tmp_path / "program.pl"
+def test_queries_are_asked_again_after_a_time_and_without_facts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("LC_ALL", "C")  # nor does the locale of the run count
+    (tmp_path / "é 'x").mkdir()
+    file = tmp_path / "é 'x" / "program.pl"
     file.write_text("good(N) :- flag(calls, N, (N + 1) mod 9).\n", encoding="utf-8")
     with bridge(file, {}, {"good(Value)": number(0, 9)}, every=0.01) as made:
         made.until("hello")

@@ -93,7 +93,7 @@ def _equivalent(options: Namespace) -> Comparison:
 
     budget, texts = Budget(limits_of(options)), (options.left, options.right)
     if options.arrangement is not None:
-        named = next(filter(os.path.isfile, texts), None)
+        named = next((text for text in texts if text.endswith(".d") and os.path.isfile(text)), None)  # noqa: PTH113
         if named is not None or options.output:
             instead = f"write the name that `knowledge` gives to {named}" if named else "--output is for theories"
             raise UsageError(f"with --arrangement both sides are conditions of it: {instead}")
@@ -124,7 +124,9 @@ def _side(text: str, outputs: Sequence[str]) -> Known | Fragment:
 
 
 def _is_file(text: str) -> bool:
-    return os.path.isfile(text) or re.fullmatch(r"\S*\.(?:d|ya?ml)", text) is not None  # noqa: PTH113 - any text is asked
+    """A condition is no file's name, but one word may also be that."""
+    there = not text.isidentifier() and os.path.isfile(text)  # noqa: PTH113 - the text may be too long for a path
+    return there or re.fullmatch(r"\S*\.(?:d|ya?ml)", text) is not None
 
 
 def _condition(text: str) -> Fragment:
