@@ -106,23 +106,17 @@ class _Proofs:
 
     def _define(self, key: str, clauses: Iterable[_Clause | None], strictly: _Placed | None = None) -> _Part:
         """The conjunction of clauses, or what is proved `strictly`: a part that is there, or else a definition."""
-        left = _simplified(clauses)
-        strict, place = strictly or (False, None)
-        if strict is True or not left:
-            return True
-        if strict is not False and place is not None:
-            left = [{part: span for part, span in clause.items() if part != strict} for clause in left]
-            if {} in left:
-                return strict
-            if len(left) == 1:
-                left, strict = [{strict: place, **left[0]}], False
-                if _clause(left[0].items()) is None:
-                    return True
-        if strict is False and len(left) == 1 and len(left[0]) < 2:
+        certain = () if strictly is None else (strictly,)
+        left = _simplified(_clause([*certain, *clause.items()]) for clause in _simplified(clauses))
+        if len(left) == 1 and len(left[0]) < 2:
             return next(iter(left[0]), False)
-        value = _tree("and", [_tree("or", [_expression(*part) for part in clause.items()]) for clause in left])
-        if strict is not False and place is not None:
-            value = _tree("or", [_expression(strict, place), value])
+        if not left:
+            return True
+        strict = strictly[0] if strictly is not None and len(left) > 1 else False  # it is in each clause
+        ors = [[_expression(*part) for part in clause.items() if part[0] != strict] for clause in left]
+        value = _tree("and", [_tree("or", parts) for parts in ors])
+        if strictly is not None and strict is not False:
+            value = _tree("or", [_expression(*strictly), value])
         self.definitions[self._prefix + key] = value
         return self._prefix + key, True
 
