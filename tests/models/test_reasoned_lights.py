@@ -15,7 +15,6 @@ from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import read_source
 from llfsm_verify.verification.verify import verify
-from tests.cli.running import llfsm
 from tests.outside import needs, program
 
 FOLDER = Path("models/reasoned_lights")
@@ -101,26 +100,3 @@ def test_right_answers_do_not_make_a_hasty_light_safe() -> None:
     never = "assume never_both: G !(go_ns.sampled(may_go_ns) && go_ew.sampled(may_go_ew))\n"
     assert violated(check("faulty_hasty", f"{never}both: G !(ns@GREEN && ew@GREEN)")) == {"both"}
     assert not violated(check("arrangement", instant.text))
-
-
-@needs("swipl")
-@pytest.mark.slow
-@pytest.mark.parametrize("ports", ["prolog", "endless"])
-def test_runs_with_the_real_prolog(ports: str, tmp_path: Path) -> None:
-    """Also with a query that never ends nothing is violated, and the recording is replayed."""
-    words = ["run", f"{FOLDER}/arrangement.yaml", "--ports", f"{FOLDER}/{ports}.ports.yaml", "--simulate"]
-    words += ["--seed", "1", "--hold", "10s", "--for", "100s", "--monitor", "properties/reasoned_lights.ltl"]
-    for rate in ("50", "5"):  # where the machine is busy, Prolog has more time
-        recording = str(tmp_path / rate)
-        done = llfsm(*words, "--rate", rate, "--on-violation", "stop", "--record", recording)
-        assert done.returncode == 0 and "100 cycles (700 ringlets)" in done.stdout, done
-        answered = llfsm(
-            "check-recording", recording, "properties/reasoned_lights.ltl", "-p", "green: F ns@GREEN"
-        ).stdout
-        again = llfsm("replay", recording)
-        assert again.returncode == 0 and "the same bit for bit" in again.stdout, again
-        assert "violated" not in answered
-        if "satisfied" in answered and (ports == "prolog" or "within its limit of 50 ms" in done.stderr):
-            break
-    else:
-        pytest.fail(f"{done}\n{answered}")

@@ -167,7 +167,7 @@ class _EntryChecker:
 
     def entry(self, broken: Collection[str]) -> typed.LetIn | None:
         text, theory = self.text, self.text.theory
-        proof = compiled(theory, Literal(text.output.atom))
+        proof = compiled(theory, Literal(text.output.atom), prefix=f"{text.name}.")
         atoms = theory.atoms(text.output.atom)
         needed = {literal.atom for rule in theory.rules if rule.head.atom in atoms for literal in rule.body}
         inputs: list[tuple[typed.Local, typed.Expression]] = []
@@ -177,28 +177,13 @@ class _EntryChecker:
             fine = fine and told is not None
             if told is not None and name in needed:
                 self.used |= dict(definition for entry in used for definition in entry.definitions)
-                inputs.append((self._local(name), told))
+                inputs.append((typed.Local(f"{text.name}.{name}", BOOL), told))
         if not fine:
             return None
-        proofs = [(self._local(local.key), self._own(e)) for local, e in proof.definitions]
         answer, order = typed.Local(text.name, BOOL), list(self.scope.knowledge)
         first = sorted(self.used.items(), key=lambda known: order.index(known[0].key.partition(".")[0]))
-        definitions = (*first, *inputs, *proofs, (answer, self._own(proof.value)))
+        definitions = (*first, *inputs, *proof.definitions, (answer, proof.value))
         return typed.LetIn(definitions, typed.ReadLocal(answer, BOOL, text.span), BOOL, text.span)
-
-    def _local(self, key: str) -> typed.Local:
-        return typed.Local(f"{self.text.name}.{key}", BOOL)
-
-    def _own(self, e: typed.Expression) -> typed.Expression:
-        """A proof with locals of this entry's own."""
-        match e:
-            case typed.ReadLocal():
-                return replace(e, local=self._local(e.local.key))
-            case typed.Unary():
-                return replace(e, operand=self._own(e.operand))
-            case typed.Binary():
-                return replace(e, left=self._own(e.left), right=self._own(e.right))
-        return e
 
     def _input(self, name: str, broken: Collection[str]) -> tuple[typed.Expression | None, Sequence[typed.LetIn]]:
         """What an input is told, and the entries that it asks for."""
