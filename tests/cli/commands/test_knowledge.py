@@ -160,7 +160,7 @@ def test_an_explanation(cook: str) -> None:
         "cook is false where timeLeft=true, doorOpen=true\n"
         "\n"
         "cook: `~cook` is proved\n"
-        "  line 5  C0: {} => ~cook        applies and wins\n"
+        "  line 5  C0: {} => ~cook        applies and wins, because C1 is beaten itself\n"
         "  line 6  C1: timeLeft => cook   applies, and is beaten by C2\n"
         "  line 7  C2: doorOpen => ~cook  applies and wins\n"
     )
