@@ -23,6 +23,7 @@ from dataclasses import dataclass, replace
 from llfsm_verify.arrangement.draft import KnowledgeDraft, Unreadable
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
 from llfsm_verify.knowledge.compiled import compiled
+from llfsm_verify.knowledge.explaining import explained
 from llfsm_verify.knowledge.reading import read_theory
 from llfsm_verify.knowledge.tables import MAX_INPUTS, undecided
 from llfsm_verify.knowledge.theory import Literal, Output, Theory
@@ -85,20 +86,23 @@ def _doubts(text: KnowledgeText) -> Iterator[Diagnostic]:
     output, literal = text.output, Literal(text.output.atom)
     found = undecided(text.theory, literal)
     if found.neither is not None:
-        message = f"`{literal}` is neither proved nor refuted where {_shown(found.neither)}: it is false then"
+        message = f"`{literal}` is neither proved nor refuted{_where(found.neither)}: it is false then"
         hint = f"add a rule for what holds by default, such as `{{}} => {literal.complement}.`"
+        fates = explained(text.theory, literal, found.neither).decisions[-1].fates
+        if any(fate.outcome == "blocked" for fate in fates):
+            hint = "say which of the rules against each other is stronger, such as `C1 > C0.`"
         yield Diagnostic("W004", message, output.span, hint=hint)
     if found.both is not None:
-        message = f"`{literal}` and `{literal.complement}` are both proved where {_shown(found.both)}: it is true then"
+        message = f"`{literal}` and `{literal.complement}` are both proved{_where(found.both)}: it is true then"
         yield Diagnostic("W005", message, output.span, hint="write `=>` in one of the strict rules that contradict")
     if not found.looked:
-        message = f"`{literal}` depends on more than {MAX_INPUTS} inputs, so nobody looked where it is not decided"
+        message = f"`{literal}` depends on more than {MAX_INPUTS} inputs, so it is not known where it is undecided"
         yield Diagnostic("W004", message, output.span, hint="name some parts, as theories of their own")
 
 
-def _shown(valuation: Mapping[str, bool]) -> str:
+def _where(valuation: Mapping[str, bool]) -> str:
     told = [f"`{name}` is {str(value).lower()}" for name, value in valuation.items()]
-    return " and ".join([", ".join(told[:-1]), told[-1]] if len(told) > 1 else told) or "everything is as it is"
+    return " where " * bool(told) + " and ".join([", ".join(told[:-1])] * bool(told[1:]) + told[-1:])
 
 
 def _text(report: Report, draft: KnowledgeDraft, name: str, theory: Theory) -> KnowledgeText | None:
