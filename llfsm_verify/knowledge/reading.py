@@ -45,14 +45,18 @@ _ARROWS = {"->": "strict", "=>": "defeasible", "~>": "defeater"}
 _DECLARED = ("name", "input", "output")
 _EACH = "write a rule for each: `a => c. b => c.`"
 _NOT, _AND, _COMMENT = "write `~a` for `not a`", "write `,` for `and`: `a, ~b => c.`", "comments begin with `%`"
+_ARROW = "the arrows are `->` (strict), `=>` (by default) and `~>` (a defeater)"
+_OUTPUT = 'write `output {b cook, "cook"}.`'
 _HABITS = {
     ":-": "a rule ends with what it concludes: `BODY => HEAD.` for `HEAD :- BODY.`",
     ";": "statements end with `.`",
     "<": "write the stronger rule first: `C1 > C0.`",
-    "=": "the arrows are `->` (strict), `=>` (by default) and `~>` (a defeater)",
+    "=": _ARROW, "⇒": _ARROW, "→": _ARROW,
+    "name": "write `name {Cook}.`", "input": "write `input {a, b}.`", "output": _OUTPUT,
     '"': 'write `"` at its end as well',
     ">": "write a priority for each pair: `C2 > C1. C1 > C0.`",
-    "!": _NOT, "-": _NOT, "not": _NOT, "&": _AND, "and": _AND, "|": _EACH, "or": _EACH, "#": _COMMENT, "/": _COMMENT,
+    "!": _NOT, "-": _NOT, "not": _NOT, "¬": _NOT, "&": _AND, "and": _AND, "∧": _AND,
+    "|": _EACH, "or": _EACH, "∨": _EACH, "#": _COMMENT, "/": _COMMENT,
 }  # fmt: skip
 """What to write, by the word, or the beginning of it, that does not fit or stands before what does not."""
 _LONG = re.compile(r"([^\s`]{60})[^\s`]+")
@@ -177,7 +181,7 @@ class _Reader:
             raise _Broken
         untyped = letter.text != "b" and self._next.text in ("}", ",")
         atom = letter if untyped else self._take("the name of an output", "name")
-        text = self._take("the name outside (in quotes)", "text").text[1:-1] if self._comma() else atom.text
+        text = self._take("the name outside (in quotes)", "text", _OUTPUT).text[1:-1] if self._comma() else atom.text
         named = text if text.strip() and text.isprintable() else atom.text
         form = f'write `output {{b {atom.text}, "{named}"}}.`'
         if untyped:
@@ -245,11 +249,11 @@ class _Reader:
         self._at += there
         return there
 
-    def _take(self, what: str, kind: str) -> _Token:
+    def _take(self, what: str, kind: str, hint: str | None = None) -> _Token:
         """The next token, a sign or of that kind."""
         token = self._next
         if kind not in (token.kind, token.text):
-            self._unfit(what)
+            self._unfit(what, hint)
         self._at += 1
         return token
 
@@ -257,7 +261,7 @@ class _Reader:
         token = self._next
         before = self._tokens[self._at - 1].text if self._at else ""
         words = (before + token.text, token.text, token.text[:1] if token.kind == "foreign" else "", before)
-        hint = hint or next((_HABITS[w] for w in words if w in _HABITS), "a rule is `C1: {a, ~b} => c.`")
+        hint = next((_HABITS[w] for w in words if w in _HABITS), hint or "a rule is `C1: {a, ~b} => c.`")
         shown = f"`{token.text}`" if token.text.isprintable() else f"U+{ord(token.text[0]):04X}"
         written = "the file ends" if token.kind == "end" else f"there is {shown}"
         self._say(codes.SYNTAX, f"{expected} is expected, and {written}", token.span, hint)

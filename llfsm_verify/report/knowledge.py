@@ -138,7 +138,8 @@ def _fate(theory: Theory, fate: Fate) -> str:
     others = ", ".join(theory.rules[n].label or f"the rule in line {theory.rules[n].span.line}" for n in fate.by)
     match fate.outcome:
         case "wins":
-            return "applies and wins"
+            beaten = "is beaten itself" if len(fate.by) == 1 else "are beaten themselves"
+            return "applies and wins" + (f", because {others} {beaten}" if fate.by else "")
         case "beaten":
             return f"applies, and is beaten by {others}"
         case "blocked":

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import llfsm_verify as lv
 from llfsm_verify.arrangement.formats import Given, read_arrangement
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
@@ -91,7 +93,7 @@ def test_python_data_names_theories_too(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.chdir(tmp_path)
     Path("Cook.d").write_text(COOK)
     machine = {"machine": "M", "states": [{"name": "A", "internal": "on = cook;", "stays": True}]}
-    document = {
+    document: dict[str, Any] = {
         "whiteboard": {n: {"type": "bool", "role": "input"} for n in ("timeLeft", "doorOpen")}
         | {"on": {"type": "bool"}},
         "knowledge": {"cook": {"file": "Cook.d"}},
@@ -99,6 +101,13 @@ def test_python_data_names_theories_too(tmp_path: Path, monkeypatch: pytest.Monk
         "schedule": ["m"],
     }
     assert verdicts(build_arrangement(document), 'G "cook == (timeLeft && !doorOpen)"') == ["holds"]
+    known = {"other": {"file": "Cook.d"}}
+    own = lv.MachineDefinition("M", {"A": {"internal": "on = other;", "stays": True}}, knowledge=known)
+    model = lv.build("a", {"m": own}, whiteboard=document["whiteboard"], knowledge=document["knowledge"])
+    Path("new").mkdir()
+    model.write("new/a.yaml")
+    assert Path("new/a.yaml").read_text().count("file: ../Cook.d") == 2
+    assert verdicts(lv.load("new/a.yaml").wrapped, "G (m.other <-> cook)") == ["holds"]
 
 
 def test_a_theory_is_relative_to_the_file_that_names_it(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -97,6 +98,17 @@ def test_a_changed_theory_is_another_kept_arrangement(folder: Path) -> None:
     second = _kept_as(read_arrangement(Given("a.yaml")), integer_guards=False)
     assert first is None or first != second
     assert (first is None) == (second is None)
+
+
+@pytest.mark.slow
+def test_a_certificate_is_about_theories_too(folder: Path) -> None:
+    wanted = ("verify", "a.yaml", "-p", "G (cook -> !door)")
+    assert llfsm(*wanted, "--certificate", "c.json").returncode == 0
+    given = {name: kind for name, kind, _ in json.loads(Path("c.json").read_text())["inputs"]}
+    assert {name for name, kind in given.items() if kind == "theory"} == {"Cook.d", "inner/Cook.d"}
+    assert "compared" in llfsm(*wanted, "--check-certificate", "c.json").stdout
+    (folder / "Cook.d").write_text(COOK + "% another text\n")
+    assert llfsm(*wanted, "--check-certificate", "c.json").returncode != 0
 
 
 def test_a_changed_theory_belongs_to_its_arrangement(folder: Path) -> None:

@@ -115,6 +115,19 @@ def test_a_statement_of_several_lines_is_not_quoted() -> None:
     assert only.message == first.message
 
 
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("a ⇒ q.", "the arrows are"),
+        ("¬a => q.", "write `~a` for `not a`"),
+        ("input a.", "write `input {a, b}.`"),
+        ("a => q. output {b q, q}.", 'write `output {b cook, "cook"}.`'),
+    ],
+)
+def test_habits_from_elsewhere_get_a_hint(text: str, hint: str) -> None:
+    assert hint in (mistakes(f"input {{a}}. {text}")[0].hint or "")
+
+
 def test_long_names_are_cut_in_messages() -> None:
     name, other, broken = "x" * 5000, "y" * 5000, "z" * 5000
     text = f"input {{a}}. {name}: a => q. {name}: {other} => a. {other} > {name}. {name} > {name}."

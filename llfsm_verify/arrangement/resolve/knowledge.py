@@ -160,8 +160,8 @@ class _EntryChecker:
                 inputs.append((typed.Local(f"{text.name}.{name}", BOOL), told))
         if not fine:
             return None
-        answer, order = typed.Local(text.name, BOOL), list(self.scope.knowledge)
-        first = sorted(self.used.items(), key=lambda known: order.index(known[0].key.partition(".")[0]))
+        answer, order = typed.Local(text.name, BOOL), {name: n for n, name in enumerate(self.scope.knowledge)}
+        first = sorted(self.used.items(), key=lambda known: order[known[0].key.partition(".")[0]])
         definitions = (*first, *inputs, *proof.definitions, (answer, proof.value))
         return typed.LetIn(definitions, typed.ReadLocal(answer, BOOL, text.span), BOOL, text.span)
 
