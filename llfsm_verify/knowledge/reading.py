@@ -30,7 +30,7 @@ from typing import NamedTuple, NoReturn, TypeVar
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
 from llfsm_verify.knowledge import codes
-from llfsm_verify.knowledge.theory import Literal, Output, Rule, Theory, dependence
+from llfsm_verify.knowledge.theory import Literal, Output, Rule, Theory, asked, dependence
 from llfsm_verify.language.scope import did_you_mean, near_names
 
 MAX_RULES, MAX_WORDS = 10_000, 200_000
@@ -332,6 +332,7 @@ class _Reader:
         self._say(codes.UNKNOWN, message, span, hint)
 
     def _check_priorities(self) -> None:
+        wanted = asked(self.rules, self.outputs)
         for pair in self._priorities:
             numbers = [self._numbers.get(token.text) for token in pair]
             for token, number in zip(pair, numbers, strict=True):
@@ -347,7 +348,9 @@ class _Reader:
                 self.superior.setdefault((first, second), span)
             else:
                 message = f"these rules conclude `{one}` and `{other}`, which are not opposite"
-                self._say(codes.UNOPPOSED, message, span, "remove the priority: it would change nothing")
+                odd = next((atom for atom in (one.atom, other.atom) if atom not in wanted), "")
+                near = odd and near_names(odd, [atom for atom in wanted if atom not in self.inputs])
+                self._say(codes.UNOPPOSED, message, span, near or "remove the priority: it would change nothing")
         weaker: dict[int, dict[int, None]] = {}
         for strong, weak in self.superior:
             weaker.setdefault(strong, {})[weak] = None

@@ -15,7 +15,7 @@ from llfsm_verify.arrangement.replacing import Replacement, with_change
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.verdict import Options, Verdict
-from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.language.atoms import PropertyScope, check_atom
 from llfsm_verify.language.trees import nodes
 from llfsm_verify.logic.properties import parse_properties
@@ -144,13 +144,44 @@ MANY = [f"i{n}" for n in range(21)]
     ],
 )  # fmt: skip
 def test_what_is_not_decided_is_said_with_a_valuation(inputs: str, rules: str, warning: str | None) -> None:
-    board = "".join(f"  {n}: {{type: bool, role: input}}\n" for n in inputs.split(", "))
-    text = f"whiteboard:\n{board}knowledge: {{q: {{file: Q.d}}}}\n"
-    text += "machines: {m: {inline: {machine: M, states: [{name: A}]}}}\nschedule: [m]\n"
-    found = arranged(text, Q_d=f"input {{{inputs}}}. {rules} output {{b q}}.").warnings
+    found = [d for d in warned(inputs, rules) if d.code != "W006"]
     assert [f"{d.code}: {d.message}" for d in found] == ([] if warning is None else [warning])
     assert all(d.span is not None and d.span.text == "q" for d in found)
-    assert all(("is stronger" in str(d.hint)) == ("~>" in rules) for d in found)
+
+
+def warned(inputs: str, rules: str) -> tuple[Diagnostic, ...]:
+    """Warnings about a theory of two entries."""
+    board = "".join(f"  {n}: {{type: bool, role: input}}\n" for n in inputs.split(", "))
+    text = f"whiteboard:\n{board}knowledge: {{q: {{file: Q.d}}, second: {{file: Q.d, output: q}}}}\n"
+    text += "machines: {m: {inline: {machine: M, knowledge: {third: {file: Q.d}}, states: [{name: A}]}}}\n"
+    text += "schedule: [m]\n"
+    return arranged(text, Q_d=f"input {{{inputs}}}. {rules} output {{b q}}.").warnings
+
+
+@pytest.mark.parametrize(
+    ("rules", "hint"),
+    [
+        ("{} => ~q. a, b => q.", "`{} => ~q` and `a, b => q` block each other: give them labels, and write which is "),
+        ("A: a => q. B: b => ~q. D: {} => ~q. A > D.", "`A` and `B` block each other: write `A > B.` or `B > A.`"),
+        ("A: a => q. B: b ~> ~q. D: {} => ~q. A > D.", "`B` blocks `A`: write `A > B.`"),
+        ("A: a => q. B: {b,\n a} => ~q. a => q. D: {} => ~q. A > D.", "`A` and `B` block each other: write"),
+        ("a, b => q.", "add a rule for what holds by default, such as `{} => ~q.`"),
+        ("a, ~b => ~q. b => q.", "add a rule for what holds by default, such as `{} => ~q.`"),
+    ],
+)  # fmt: skip
+def test_what_decides_is_told(rules: str, hint: str) -> None:
+    found = warned("a, b", rules)
+    assert {d.code for d in found} == {"W004"}, found
+    assert (found[0].hint or "").startswith(hint)
+
+
+def test_what_no_output_depends_on_is_told_once() -> None:
+    found = warned("a, b, c", "a => Q. a, b => q. {} => ~q. r => s. a => r. b => ~s.")
+    assert [(d.span and d.span.text, d.message, d.hint) for d in found if d.code == "W006"] == [
+        ("c", "no output depends on input `c`", "write a rule with `c` in its body, or remove the input"),
+        ("a => Q", "no output depends on `Q`", "did you mean `q`?"),
+        ("r => s", "no output depends on `s`", "write `s` in the body of a rule, or `output {b s}.`"),
+    ]
 
 
 def test_mistakes_in_theories_and_entries_are_said_at_their_places() -> None:

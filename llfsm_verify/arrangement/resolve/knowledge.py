@@ -21,11 +21,10 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass, replace
 
 from llfsm_verify.arrangement.draft import KnowledgeDraft, Unreadable
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
+from llfsm_verify.diagnostics import DiagnosticError, Fragment, Span
 from llfsm_verify.knowledge.compiled import compiled
-from llfsm_verify.knowledge.explaining import explained
+from llfsm_verify.knowledge.doubts import undecided_output, without_influence
 from llfsm_verify.knowledge.reading import read_theory
-from llfsm_verify.knowledge.tables import MAX_INPUTS, undecided
 from llfsm_verify.knowledge.theory import Literal, Output, Theory
 from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.expressions import BOOL, ExpressionChecker, a_type
@@ -67,7 +66,8 @@ def parse_knowledge(report: Report, drafts: Iterable[KnowledgeDraft]) -> tuple[t
         if not isinstance(draft.theory, Unreadable):
             if id(draft.theory) not in theories:
                 try:
-                    theories[id(draft.theory)] = read_theory(draft.theory)
+                    theories[id(draft.theory)] = theory = read_theory(draft.theory)
+                    report.diagnostics += without_influence(theory)
                 except DiagnosticError as e:
                     theories[id(draft.theory)] = None
                     report.add(e)
@@ -76,33 +76,9 @@ def parse_knowledge(report: Report, drafts: Iterable[KnowledgeDraft]) -> tuple[t
         if text is None:
             broken.add(draft.name.text)
         else:
-            report.diagnostics += _doubts(text)
+            report.diagnostics += undecided_output(text.theory, text.output)
             found.append(text)
     return tuple(found), broken
-
-
-def _doubts(text: KnowledgeText) -> Iterator[Diagnostic]:
-    """Where the output is not either true or false."""
-    output, literal = text.output, Literal(text.output.atom)
-    found = undecided(text.theory, literal)
-    if found.neither is not None:
-        message = f"`{literal}` is neither proved nor refuted{_where(found.neither)}: it is false then"
-        hint = f"add a rule for what holds by default, such as `{{}} => {literal.complement}.`"
-        fates = explained(text.theory, literal, found.neither).decisions[-1].fates
-        if any(fate.outcome == "blocked" for fate in fates):
-            hint = "say which of the rules against each other is stronger, such as `C1 > C0.`"
-        yield Diagnostic("W004", message, output.span, hint=hint)
-    if found.both is not None:
-        message = f"`{literal}` and `{literal.complement}` are both proved{_where(found.both)}: it is true then"
-        yield Diagnostic("W005", message, output.span, hint="write `=>` in one of the strict rules that contradict")
-    if not found.looked:
-        message = f"`{literal}` depends on more than {MAX_INPUTS} inputs, so it is not known where it is undecided"
-        yield Diagnostic("W004", message, output.span, hint="name some parts, as theories of their own")
-
-
-def _where(valuation: Mapping[str, bool]) -> str:
-    told = [f"`{name}` is {str(value).lower()}" for name, value in valuation.items()]
-    return " where " * bool(told) + " and ".join([", ".join(told[:-1])] * bool(told[1:]) + told[-1:])
 
 
 def _text(report: Report, draft: KnowledgeDraft, name: str, theory: Theory) -> KnowledgeText | None:
