@@ -11,6 +11,7 @@ Oven.d:6:5: warning[W006]: no output depends on `Cook`
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import islice
 
 from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.knowledge import codes
@@ -18,6 +19,9 @@ from llfsm_verify.knowledge.explaining import explained
 from llfsm_verify.knowledge.tables import MAX_INPUTS, undecided
 from llfsm_verify.knowledge.theory import Literal, Output, Theory, asked
 from llfsm_verify.language.scope import near_names
+
+MOST = 20
+"""Warnings about what no output depends on."""
 
 
 def undecided_output(theory: Theory, output: Output) -> Iterator[Diagnostic]:
@@ -58,15 +62,14 @@ def _way_out(theory: Theory, literal: Literal, inputs: Mapping[str, bool]) -> st
 
 
 def without_influence(theory: Theory) -> Iterator[Diagnostic]:
-    """Inputs, and what rules conclude, for which no body and no output asks: W006."""
+    """Inputs, and what rules conclude, for which no body and no output asks: W006, at most MOST of them."""
     wanted = asked(theory.rules, theory.outputs)
-    for name, span in theory.inputs.items():
-        if name not in wanted:
-            hint = f"write a rule with `{name}` in its body, or remove the input"
-            yield Diagnostic(codes.UNASKED, f"no output depends on input `{name}`", span, hint=hint)
     concluded = {rule.head.atom: rule for rule in reversed(theory.rules)}
-    for atom, rule in reversed(concluded.items()):
-        if atom not in wanted:
+    places = {**theory.inputs, **{atom: rule.span for atom, rule in reversed(concluded.items())}}
+    for atom in islice((atom for atom in places if atom not in wanted), MOST):
+        if atom in theory.inputs:
+            what, hint = f"input `{atom}`", f"write a rule with `{atom}` in its body, or remove the input"
+        else:
             near = near_names(atom, [name for name in wanted if name not in theory.inputs])
-            hint = near or f"write `{atom}` in the body of a rule, or `output {{b {atom}}}.`"
-            yield Diagnostic(codes.UNASKED, f"no output depends on `{atom}`", rule.span, hint=hint)
+            what, hint = f"`{atom}`", near or f"write `{atom}` in the body of a rule, or `output {{b {atom}}}.`"
+        yield Diagnostic(codes.UNASKED, f"no output depends on {what}", places[atom], hint=hint)

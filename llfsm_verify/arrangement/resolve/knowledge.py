@@ -90,6 +90,7 @@ def _text(report: Report, draft: KnowledgeDraft, name: str, theory: Theory) -> K
         if key.text not in theory.inputs:
             message = f"theory `{theory.name}` has no input `{key.text[:60]}`"
             report.error("E166", message, mark(key), did_you_mean(key.text, theory.inputs) or "it has no inputs")
+            fine = False
             continue
         parsed = report.guard(node, key.text)
         fine = fine and parsed is not None

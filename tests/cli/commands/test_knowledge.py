@@ -45,6 +45,21 @@ def two(tmp_path: Path) -> str:
     return str(path)
 
 
+def test_what_no_output_depends_on_is_said_beside_the_table(tmp_path: Path) -> None:
+    path = tmp_path / "cook.d"
+    path.write_text(COOK + "doorOpen => Cook. hot => ~fan. input {hot, cold}.\n")
+    done = llfsm("knowledge", "table", str(path))
+    assert (done.returncode, "doorOpen  cook" in done.stdout) == (0, True)
+    assert re.findall(r"warning\[W006\]: (.*)", done.stderr) == [
+        "no output depends on input `cold`",
+        "no output depends on `Cook`",
+        "no output depends on `fan`",
+    ]
+    assert "hint: did you mean `cook`?" in done.stderr
+    path.write_text("".join(f"hot => name{n}.\n" for n in range(500)) + "input {hot}. output {b name1}.\n")
+    assert llfsm("knowledge", "table", str(path)).stderr.count("W006") == 20
+
+
 @pytest.mark.parametrize(
     ("command", "code", "says"),
     [

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 from llfsm_verify.arrangement.files import read_source, read_stdin
 from llfsm_verify.arrangement.kinds import other_kind
 from llfsm_verify.cli.arguments import assignments
-from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.opening import COMMAND_LINE, limits_of, open_arrangement
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
 from llfsm_verify.knowledge.compiled import compiled
+from llfsm_verify.knowledge.doubts import without_influence
 from llfsm_verify.knowledge.explaining import explained
 from llfsm_verify.knowledge.reading import read_theory
 from llfsm_verify.knowledge.tables import tables, valuation
@@ -134,12 +135,15 @@ def _condition(text: str) -> Fragment:
 
 
 def _theory(path: str) -> Theory:
-    """The theory in a file. DiagnosticError: it cannot be read, has mistakes, or is a file of another kind (E019)."""
+    """The theory in a file; what no output depends on is said. DiagnosticError: it cannot be read, has mistakes, or is
+    a file of another kind (E019)."""
     source, _ = read_stdin(None) if path == "-" else read_source(path)
     other = other_kind(source, "theory")
     if other is not None:
         raise DiagnosticError(other)
-    return read_theory(source)
+    theory = read_theory(source)
+    tell(*without_influence(theory))
+    return theory
 
 
 def _outputs(theory: Theory, names: Sequence[str]) -> list[str]:
