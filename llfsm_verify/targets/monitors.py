@@ -36,7 +36,7 @@ from llfsm_verify.monitoring.properties import Monitored, Timing, monitor_proper
 from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
 from llfsm_verify.program.program import Block, Choice, Const, Expr, Get, If, Local, Program, Sample, Set, Stmt, Switch
 from llfsm_verify.program.terms import get
-from llfsm_verify.program.trees import distinct_nodes, rebuilt, with_branches, without
+from llfsm_verify.program.trees import distinct_nodes, rebuilt, statements, with_branches, without
 from llfsm_verify.targets import ABSENT, TOO_LARGE
 
 LOOK_UP: Final = {"size": 24, "speed": 256}
@@ -125,8 +125,9 @@ def _monitors(problem: Problem, problems: list[Diagnostic], look_up: int) -> Ite
 
 
 def _apart(program: Program, monitors: tuple[OnBoard, ...]) -> Watched:
-    """The atoms taken out of the program's steps. Those stay that read inputs, which no state has."""
-    sampled = {a.output for a in program.atoms if any(isinstance(node, Local) for node in distinct_nodes(a.expression))}
+    """The atoms taken out of the program's steps. Those stay that read inputs, which no state has, or definitions."""
+    shown = [s for s in statements(program.letter) if isinstance(s, Set)]
+    sampled = {s.var for s in shown if any(isinstance(node, Local) for node in distinct_nodes(s.value))}
     taken = {a.output for a in program.atoms} - sampled
     letter = without(program.letter, lambda s: isinstance(s, Set) and s.var in taken)
     program, letter = _one_choice_an_input(program, letter)

@@ -18,7 +18,17 @@ from llfsm_verify.extensions.c.blocks import BlockText, comment, titled
 from llfsm_verify.extensions.c.codes import LEAVES_64
 from llfsm_verify.extensions.c.names import Names, alone, identifier
 from llfsm_verify.extensions.c.texts import runtime
-from llfsm_verify.plug import Expr, Get, MonitorVerdict, OnBoard, Watched, constant_of, counted, entry_bytes, nodes
+from llfsm_verify.plug import (
+    Expr,
+    Get,
+    MonitorVerdict,
+    OnBoard,
+    Watched,
+    constant_of,
+    counted,
+    distinct_nodes,
+    entry_bytes,
+)
 from llfsm_verify.plug import shown_atom as shown
 
 VERDICTS = {MonitorVerdict.NOT_YET: "UNDECIDED", MonitorVerdict.TRUE: "HOLDS", MonitorVerdict.FALSE: "VIOLATED"}
@@ -160,7 +170,7 @@ class Monitors:
     def _first(self) -> list[str]:
         """The body of NAME_monitors_init."""
         first = self._watched.first
-        free = any(isinstance(node, Get) for atom in first.values() for node in nodes(atom))
+        free = any(isinstance(node, Get) for atom in first.values() for node in distinct_nodes(atom))
         lines = ["size_t i;", "monitors->step = 0;", f"for (i = 0; i < {len(self.walks)}; i++) {{"]
         lines += ["    monitors->decided[i] = 0;", "}"]
         if not free:

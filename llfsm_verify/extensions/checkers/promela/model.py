@@ -332,7 +332,7 @@ class _Model:
         """The atoms in the first initial configuration."""
         values: dict[str, Value] = {v.name: v.init for v in self._program.vars}
         inputs = {f"input:{i.name}": i.init for i in self._program.inputs}
-        return {a.output: bool(evaluate(a.expression, values, inputs)) for a in self._program.atoms}
+        return {a.output: bool(evaluate(a.expression, values, inputs, shared=True)) for a in self._program.atoms}
 
     # ------------------------------------------------------------ formulas
 
