@@ -29,21 +29,21 @@ def undecided_output(theory: Theory, output: Output) -> Iterator[Diagnostic]:
     literal = Literal(output.atom)
     found = undecided(theory, literal)
     if found.neither is not None:
-        message = f"`{literal}` is neither proved nor refuted where {_shown(found.neither)}: it is false then"
+        message = f"`{literal}` is neither proved nor refuted{_where(found.neither)}: it is false then"
         hint = _way_out(theory, literal, found.neither)
         yield Diagnostic(codes.NEITHER, message, output.span, hint=hint)
     if found.both is not None:
-        message = f"`{literal}` and `{literal.complement}` are both proved where {_shown(found.both)}: it is true then"
+        message = f"`{literal}` and `{literal.complement}` are both proved{_where(found.both)}: it is true then"
         hint = "write `=>` in one of the strict rules that contradict"
         yield Diagnostic(codes.BOTH, message, output.span, hint=hint)
     if not found.looked:
-        message = f"`{literal}` depends on more than {MAX_INPUTS} inputs, so nobody looked where it is not decided"
+        message = f"`{literal}` depends on more than {MAX_INPUTS} inputs, so it is not known where it is undecided"
         yield Diagnostic(codes.NEITHER, message, output.span, hint="name some parts, as theories of their own")
 
 
-def _shown(valuation: Mapping[str, bool]) -> str:
+def _where(valuation: Mapping[str, bool]) -> str:
     told = [f"`{name}` is {str(value).lower()}" for name, value in valuation.items()]
-    return " and ".join([", ".join(told[:-1]), told[-1]] if len(told) > 1 else told) or "everything is as it is"
+    return " where " * bool(told) + " and ".join([", ".join(told[:-1])] * bool(told[1:]) + told[-1:])
 
 
 def _way_out(theory: Theory, literal: Literal, inputs: Mapping[str, bool]) -> str:

@@ -135,11 +135,11 @@ MANY = [f"i{n}" for n in range(21)]
         ("a", "a => q.", "W004: `q` is neither proved nor refuted where `a` is false: it is false then"),
         ("a", "a -> q. {} -> ~q.", "W005: `q` and `~q` are both proved where `a` is true: it is true then"),
         ("a", "a => q. ~a => ~q.", None),
-        ("a", "{} ~> ~q. {} => q.", "W004: `q` is neither proved nor refuted where everything is as it is: " + FALSE),
+        ("a", "{} ~> ~q. {} => q.", "W004: `q` is neither proved nor refuted: " + FALSE),
         (
             ", ".join(MANY),
             f"{', '.join(MANY)} => q.",
-            "W004: `q` depends on more than 20 inputs, so nobody looked where it is not decided",
+            "W004: `q` depends on more than 20 inputs, so it is not known where it is undecided",
         ),
     ],
 )  # fmt: skip

@@ -114,6 +114,19 @@ def test_a_query_without_an_answer_is_lost_and_the_others_are_answered(tmp_path:
     assert any(said.startswith("program.pl:7: E583: `bad5(Value)`") for said in made.said())
 
 
+def test_an_answer_that_values_lack_is_told_with_what_to_add(tmp_path: Path) -> None:
+    (tmp_path / "program.pl").write_text("good(dock).\nbad(door).\nother(gate).\n", encoding="utf-8")
+    of = names("dock", "DOOR")
+    with bridge(
+        tmp_path / "program.pl", {"n": BOOL}, {"good(Value)": of, "bad(Value)": of, "other(Value)": of}
+    ) as made:
+        made.until("hello")
+        assert made.ask({"n": True}) == {"good(Value)": "dock"}
+    first, second = made.said()
+    assert first.endswith("`door`, which is not a value of its input: add `door: DOOR` to `values`")
+    assert second.endswith("`gate`, which is not a value of its input: add `gate: …` to `values`")
+
+
 def test_what_a_program_writes_is_told_and_it_reads_nothing(tmp_path: Path) -> None:
     text = (
         "good(yes) :- n(N), N >= 0, write(hello), nl, writeln(é), read(X), print_message(error, format('~w', [X])).\n"
