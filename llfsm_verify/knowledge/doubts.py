@@ -52,13 +52,29 @@ def _way_out(theory: Theory, literal: Literal, inputs: Mapping[str, bool]) -> st
     blocked = next((fate for fate in fates if fate.outcome == "blocked"), None)
     if blocked is None:
         return f"add a rule for what holds by default, such as `{{}} => {literal.complement}.`"
-    rules = [theory.rules[number] for number in (blocked.rule, blocked.by[0])]
+    pair = (blocked.rule, blocked.by[0])
+    rules = [theory.rules[number] for number in pair]
     first, second = (rule.label or " ".join(rule.span.text.split())[:60] for rule in rules)
     mutual = rules[1].proves
     what = f"`{first}` and `{second}` block each other" if mutual else f"`{second}` blocks `{first}`"
     if not all(rule.label for rule in rules):
         return f"{what}: give them labels, and write which is stronger, as in `C1 > C0.`"
-    return f"{what}: write `{first} > {second}.`" + f" or `{second} > {first}.`" * mutual
+    ways = [] if _is_stronger(theory, pair[1], pair[0]) else [f"`{first} > {second}.`"]
+    ways += [f"`{second} > {first}.`"] if mutual and not _is_stronger(theory, *pair) else []
+    if not ways:
+        return f"`{second}` is stronger than `{first}`, but concludes nothing: write `=>` in it for `{rules[1].head}`"
+    return f"{what}: write {' or '.join(ways)}"
+
+
+def _is_stronger(theory: Theory, strong: int, weak: int) -> bool:
+    """Whether priorities say so, directly or through others."""
+    stronger, stack = theory.stronger(), [weak]
+    found = set(stack)
+    while stack:
+        new = set(stronger.get(stack.pop(), ())) - found
+        found |= new
+        stack += new
+    return strong in found
 
 
 def without_influence(theory: Theory) -> Iterator[Diagnostic]:

@@ -165,6 +165,11 @@ def warned(inputs: str, rules: str) -> tuple[Diagnostic, ...]:
         ("A: a => q. B: b => ~q. D: {} => ~q. A > D.", "`A` and `B` block each other: write `A > B.` or `B > A.`"),
         ("A: a => q. B: b ~> ~q. D: {} => ~q. A > D.", "`B` blocks `A`: write `A > B.`"),
         ("A: a => q. B: {b,\n a} => ~q. a => q. D: {} => ~q. A > D.", "`A` and `B` block each other: write"),
+        (
+            "A: a => q. B: b => ~q. C: ~a => q. D: ~a => ~q. B > C. C > D. D > A.",
+            "`A` and `B` block each other: write `B > A.`",
+        ),
+        ("A: a => q. B: b ~> ~q. D: {} => ~q. A > D. B > A.", "`B` is stronger than `A`, but concludes nothing: write"),
         ("a, b => q.", "add a rule for what holds by default, such as `{} => ~q.`"),
         ("a, ~b => ~q. b => q.", "add a rule for what holds by default, such as `{} => ~q.`"),
     ],
