@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import shlex
 from pathlib import Path
 
 import pytest
@@ -10,6 +12,8 @@ from tests.cli.running import llfsm
 from tests.outside import needs
 
 FOLDER = Path("models/reasoned_lights")
+SHOWN = [Path("docs/knowledge.md"), FOLDER / "README.md"]
+"""Pages with a run of 20 s, and the command that shows its answers."""
 
 
 @needs("swipl")
@@ -33,3 +37,18 @@ def test_runs_with_the_real_prolog(ports: str, tmp_path: Path) -> None:
             break
     else:
         pytest.fail(f"{done}\n{answered}")
+
+
+@needs("swipl")
+@pytest.mark.slow
+@pytest.mark.parametrize("page", SHOWN, ids=str)
+def test_the_commands_of_a_page_show_answers(page: Path, tmp_path: Path) -> None:
+    lines = [line[8:] for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("$ llfsm ")]
+    at = next(at for at, line in enumerate(lines) if "prolog.ports.yaml" in line)
+    run, trace = (shlex.split(line) for line in lines[at : at + 2])
+    name = run[run.index("--record") + 1]
+    run, trace = ([str(tmp_path / name) if word == name else word for word in words] for words in (run, trace))
+    done = llfsm(*run, "--rate", "40")
+    assert done.returncode == 0 and "violated" not in done.stdout, done
+    *rows, last = csv.DictReader(llfsm(*trace).stdout.splitlines())
+    assert last["car"] == "true" and {"may_go_ns", "must_stop_ew"} <= last.keys() and len(rows) >= 20
