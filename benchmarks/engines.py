@@ -98,7 +98,7 @@ def endless() -> str:
 
 def microwave(seconds: int, folder: Path) -> Path:
     """The microwave of models/, whose time left may be so many seconds; its files are written to `folder`."""
-    for file in (ROOT / "models" / "microwave").glob("*.yaml"):
+    for file in (ROOT / "models" / "microwave").glob("*.[yd]*"):
         text = file.read_text(encoding="utf-8").replace("0..180", f"0..{seconds}").replace("120", str(seconds - 60))
         (folder / file.name).write_text(text, encoding="utf-8")
     return folder / "arrangement.yaml"

@@ -251,8 +251,9 @@ def meant_at(habits: Mapping[str, str], text: str, at: int) -> str | None:
     return None
 
 
-def hint_of_near(path: str | Path) -> str | None:
-    """A hint that names the file which may have been meant: it is in the same folder and has a similar name.
+def hint_of_near(path: str | Path, folder: Path = Path()) -> str | None:
+    """A hint that names the file which may have been meant: it is in the same folder and has a similar name, or this
+    one with an ending. Its path is told from `folder`, where it lies in that.
 
     None: there is no such file.
     """
@@ -264,8 +265,13 @@ def hint_of_near(path: str | Path) -> str | None:
             names = sorted(entry.name for entry in islice(entries, MOST_NAMES) if entry.is_file())
     except (OSError, ValueError):
         return None
-    near = get_close_matches(missing.name, names, 1, LIKENESS)
-    return f"did you mean `{missing.with_name(near[0])}`?" if near else None
+    lowered = {name.lower(): name for name in names}
+    near = [lowered[name] for name in get_close_matches(missing.name.lower(), list(lowered), 1, LIKENESS)]
+    near += [name for name in names if name.lower().rpartition(".")[0] == missing.name.lower()]
+    if not near:
+        return None
+    meant = missing.with_name(near[0])
+    return f"did you mean `{meant.relative_to(folder) if meant.is_relative_to(folder) else meant}`?"
 
 
 def without_controls(line: str) -> str:

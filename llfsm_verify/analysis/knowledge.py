@@ -23,11 +23,11 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Disagreement, 
 from llfsm_verify.knowledge.compiled import compiled
 from llfsm_verify.knowledge.explaining import explained
 from llfsm_verify.knowledge.theory import Literal, Theory
-from llfsm_verify.language import typed
+from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.atoms import PropertyScope, check_atom
 from llfsm_verify.language.expressions import ExpressionChecker
 from llfsm_verify.language.parser import parse_guard
-from llfsm_verify.language.scope import Scope
+from llfsm_verify.language.scope import Scope, did_you_mean
 from llfsm_verify.language.trees import nodes
 from llfsm_verify.language.types import BoolType
 from llfsm_verify.limits import Budget, LimitReached
@@ -85,6 +85,15 @@ class Comparison:
         return {"equal": 0, "different": 1, "unknown": 4}[self.answer]
 
 
+class _OverInputs(ExpressionChecker):
+    """Expressions over inputs of theories."""
+
+    def unknown(self, node: syntax.Path, enumerators: tuple[str, ...] = ()) -> DiagnosticError:
+        name, known = node.name.text, [*self.scope.variables, *enumerators]
+        hint = did_you_mean(name, known) or "name an input of the theory"
+        return self.fail("E110", f"there is no input `{name}`", node.name, hint)
+
+
 def compare(left: Side, right: Side, budget: Budget) -> Comparison:
     """Two outputs of theories, or one and an expression over its inputs; an input that both have is one input.
 
@@ -98,7 +107,7 @@ def compare(left: Side, right: Side, budget: Budget) -> Comparison:
 
     def lowered(side: Side) -> Expr:
         if isinstance(side, Fragment):
-            return _logical(ExpressionChecker(scope, side).boolean(parse_guard(side).root), known)
+            return _logical(_OverInputs(scope, side).boolean(parse_guard(side).root), known)
         found, made = compiled(side.theory, Literal(side.atom)), dict(known)
         for local, definition in found.definitions:
             made[local.key] = _logical(definition, made)

@@ -48,6 +48,9 @@ class MachineDefinition:
     parameters: Mapping[str, object] = field(default_factory=dict)
     """Each name with what it stands for: ``"machine"``, or a mapping such as ``{"whiteboard": "bool"}``."""
 
+    knowledge: Mapping[str, object] = field(default_factory=dict)
+    """Each name with a mapping: its theory (``file``), what that is told (``inputs``), and its ``output``."""
+
     def bind(self, *, suspended: bool = False, **arguments: object) -> InstanceDefinition:
         """This machine with arguments for its parameters. `suspended`: it starts so."""
         return InstanceDefinition(self, arguments, suspended)
@@ -81,6 +84,7 @@ def build(
     whiteboard: Mapping[str, object] | None = None,
     types: Mapping[str, object] | None = None,
     tables: Mapping[str, Sequence[object]] | None = None,
+    knowledge: Mapping[str, object] | None = None,
     schedule: Sequence[str] | None = None,
     processes: Mapping[str, object] | None = None,
     profile: object = None,
@@ -113,6 +117,7 @@ def build(
         "types": types,
         "tables": tables,
         "whiteboard": whiteboard,
+        "knowledge": knowledge,
         "machines": _instances(machines),
         "environment": None if environment is None else _environment(environment),
         "schedule": schedule
@@ -172,7 +177,7 @@ def _instance(place: str, value: object) -> Mapping[str, object]:
 
 def _machine(place: str, machine: MachineDefinition) -> Mapping[str, object]:
     found: dict[str, object] = {"machine": machine.name}
-    for key in ("parameters", "variables", "initial", "suspend"):
+    for key in ("parameters", "variables", "knowledge", "initial", "suspend"):
         value = getattr(machine, key)
         if value is not None and value != {}:
             found[key] = value

@@ -93,17 +93,25 @@ def replay(path: str | Path, model: Model | None = None) -> ReplayOutcome | Reco
 
 
 def with_files(document: Mapping[str, object], name: Callable[[str], str]) -> dict[str, object]:
-    """An arrangement in the shape of a file, in which machine files have other names."""
+    """An arrangement in the shape of a file, in which the files that it names have other names."""
 
     def named(entry: object) -> object:
-        if not isinstance(entry, Mapping) or not isinstance(entry.get("file"), str | Path):
+        if not isinstance(entry, Mapping):
             return entry
-        return {**entry, "file": name(str(entry["file"]))}
+        found = dict(entry)
+        if isinstance(found.get("file"), str | Path):
+            found["file"] = name(str(found["file"]))
+        for key in {"inline", "access"} & found.keys():
+            found[key] = named(found[key])
+        for key in {"machines", "knowledge", "environment"} & found.keys():
+            inner = found[key]
+            one = not isinstance(inner, Mapping) or not {"file", "inline"}.isdisjoint(inner)
+            found[key] = named(inner) if one else {each: named(value) for each, value in inner.items()}
+        return found
 
-    machines = document["machines"]
-    assert isinstance(machines, Mapping)
-    found = {key: named(value) for key, value in document.items()}
-    return found | {"machines": {key: named(entry) for key, entry in machines.items()}}
+    found = named(document)
+    assert isinstance(found, dict)
+    return found
 
 
 @dataclass(frozen=True, slots=True, repr=False)

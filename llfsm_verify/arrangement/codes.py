@@ -69,8 +69,6 @@ CODES: dict[str, str] = {
     "E165": "A policy for a running arrangement has other levels, or gives a machine rights that it did not have.",
     "E158": "A variable that a machine above the lowest level writes has no class.",
     "W001": "A parameter is never used.",
-    "W004": "A theory proves an output for some inputs neither true nor false, and then it counts as false.",
-    "W005": "A theory proves an output for some inputs both true and false.",
     "W002": "A comparison that is always true, or always false, by the types of what it compares.",
 }
 

@@ -44,6 +44,16 @@ def read_source(path: str | Path, *, regular: bool = False) -> tuple[Source, byt
     return source_of(data, name), data
 
 
+def _near(path: Path, at: Span) -> str:
+    """What to write for a file that is not there. Only names of files beside the one that names it, or below, are
+    told."""
+    folder = Path(at.source.name).parent
+    inside = path.is_relative_to(folder) and ".." not in path.relative_to(folder).parts
+    return (
+        hint_of_near(path, folder) if inside else None
+    ) or "check the path; it is relative to the file that names it"
+
+
 def read_named(path: str | Path, at: Span, what: str) -> tuple[Source, bytes]:
     """The same for a file that another file names, `at` that place: `what` it is (``machine file `M.yaml```).
 
@@ -54,7 +64,7 @@ def read_named(path: str | Path, at: Span, what: str) -> tuple[Source, bytes]:
     except DiagnosticError as e:
         found = e.diagnostics[0]
         message = "this is not UTF-8 text" if found.code == "E005" else found.message
-        hint = "check the path; it is relative to the file that names it" if found.code == "E001" else found.hint
+        hint = _near(Path(path), at) if found.code == "E001" else found.hint
         raise DiagnosticError(replace(found, message=f"{what}: {message}", span=at, hint=hint)) from None
 
 

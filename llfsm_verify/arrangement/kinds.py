@@ -16,7 +16,7 @@ _STATES = re.compile(_BLOCK.format("states"), re.MULTILINE)
 _MACHINE = re.compile(r"^machine[ \t]*:[ \t]*\w+[ \t]*(?:#.*)?\r?$", re.MULTILINE)
 _TRACE = re.compile(r"^trace[ \t]*:[ \t]*[0-9]+[ \t]*\r?$", re.MULTILINE)
 _POLICY = re.compile(r"^levels[ \t]*:(?=\s|$)", re.MULTILINE)
-_THEORY = re.compile(r"^[ \t]*(?:name|input|output)[ \t]*\{", re.MULTILINE)
+_THEORY = re.compile(r"(?:^[ \t]*|\.[ \t]+)(?:name|input|output)[ \t]*\{", re.MULTILINE)
 _KEYS = "(?:machines?|states|schedule|processes|whiteboard)"
 _KEY = re.compile(rf"^([\"']?){_KEYS}\1[ \t]*:(?=\s|$)", re.MULTILINE)
 _FLOW = re.compile(rf"[{{,\s]([\"']?){_KEYS}\1\s*:")

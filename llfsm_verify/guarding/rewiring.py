@@ -24,12 +24,13 @@ def renamings(arrangement: Arrangement, draft: ArrangementDraft, requests: Mappi
 
     The typed trees know what a name means: a variable, parameter or local variable that is called like an output is
     none of these places. DiagnosticError: a name is written in such a way that its place cannot be told, or a theory
-    is told of an output, by all who ask it alike.
+    is told of an output where that cannot be renamed for the machines alone.
     """
-    for known in (arrangement.knowledge, *(machine.knowledge for machine in arrangement.texts)):
-        for asked, entry in known.items():
+    for owner in (None, *arrangement.texts):
+        for asked, entry in (arrangement if owner is None else owner).knowledge.items():
             for read in of_kind(entry, Read):
-                if read.variable.scope == "whiteboard" and read.variable.name in requests:
+                own = owner is not None and read.span.source is entry.span.source  # it is renamed as the rest is
+                if read.variable.scope == "whiteboard" and read.variable.name in requests and not own:
                     message = f"`{asked}` depends on the output `{read.variable.name}`, which is routed"
                     hint = "let a machine keep it in a variable, and tell the theory that"
                     raise DiagnosticError(Diagnostic(UNFIT, message, entry.span, hint=hint))

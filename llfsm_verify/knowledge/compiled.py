@@ -6,13 +6,14 @@ apply, or a stronger one does. The parts of clauses are inputs and definitions, 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal as OneOf
 
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.knowledge.theory import Literal, Theory
 from llfsm_verify.language import typed
+from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.types import BoolType
 
 BOOL = BoolType()
@@ -24,7 +25,7 @@ class Compiled:
     also in those after it. No expression is deep. Spans are those of rules, in the `.d` file."""
 
     inputs: tuple[str, ...]
-    """What is read, in the order of the file: an input `a` is `ReadLocal` of `Local("a", BOOL)`."""
+    """What is read, in the order of the file: an input `a` is `ReadLocal` of `Local(prefix + "a", BOOL)`."""
     definitions: tuple[tuple[typed.Local, typed.Expression], ...]
     """Their keys are no names of inputs."""
     value: typed.Expression
@@ -37,90 +38,87 @@ _Clause = dict[tuple[str, bool], Span]
 """A disjunction: false where it is empty."""
 
 
-def compiled(theory: Theory, literal: Literal) -> Compiled:
-    """Whether the literal is proved, by what the inputs are. False where nothing concludes it."""
-    proofs = _Proofs(theory)
+def compiled(theory: Theory, literal: Literal, prefix: str = "") -> Compiled:
+    """Whether the literal is proved, by what the inputs are. False where nothing concludes it. The keys of locals begin
+    with `prefix`."""
+    proofs = _Proofs(theory, prefix)
     for atom in theory.atoms(literal.atom):
         proofs.add(atom)
     numbers = proofs.concluding.get(literal) or proofs.concluding.get(literal.complement) or ()
     places = [theory.rules[number].span for number in numbers[:1]] + [theory.inputs.get(literal.atom)]
     span = next((s for s in places if s is not None), Span(theory.source, 0, 0))
-    value = _expression(proofs.proved(literal), span)
+    value = _expression(proofs.proved.get(literal, False), span)
     if isinstance(value, typed.ReadLocal):
         value = proofs.definitions.pop(value.local.key, value)  # that of the literal, which no other one reads
-    needed, definitions = set(_names(value)), []
+    needed, definitions = _keys(value), []
     for key, expression in reversed(proofs.definitions.items()):
         if key in needed:
-            needed.update(_names(expression))
+            needed |= _keys(expression)
             definitions.append((typed.Local(key, BOOL), expression))
-    return Compiled(tuple(a for a in theory.inputs if a in needed), tuple(reversed(definitions)), value)
+    return Compiled(tuple(a for a in theory.inputs if prefix + a in needed), tuple(reversed(definitions)), value)
+
+
+def _keys(expression: typed.Expression) -> set[str]:
+    """Of the locals in it."""
+    return {read.local.key for read in of_kind(expression, typed.ReadLocal)}
 
 
 class _Proofs:
     """The proofs of literals, atom by atom: each one a constant, or a part of clauses."""
 
-    def __init__(self, theory: Theory) -> None:
-        self.inputs, self.rules = theory.inputs, theory.rules
+    def __init__(self, theory: Theory, prefix: str) -> None:
+        self.rules, self._prefix = theory.rules, prefix
         self.concluding, self.stronger = theory.concluding(), theory.stronger()
         self.definitions: dict[str, typed.Expression] = {}
-        self._strictly: dict[Literal, _Part] = {}
-        self._proved: dict[Literal, _Part] = {}
+        self.strictly: dict[Literal, _Part]
+        self.strictly = {Literal(a, sign): (prefix + a, sign) for a in theory.inputs for sign in (True, False)}
+        self.proved = dict(self.strictly)
         self._applying: dict[str, _Part] = {}
-
-    def strictly(self, literal: Literal) -> _Part:
-        return (literal.atom, literal.positive) if literal.atom in self.inputs else self._strictly.get(literal, False)
-
-    def proved(self, literal: Literal) -> _Part:
-        return (literal.atom, literal.positive) if literal.atom in self.inputs else self._proved.get(literal, False)
 
     def add(self, atom: str) -> None:
         """The proofs of an atom and of its negation; those of what they depend on are there."""
         for literal in (Literal(atom), Literal(atom, False)):
             strict = [n for n in self.concluding.get(literal, ()) if self.rules[n].kind == "strict"]
             clause = _clause(self._applies(number, strictly=True) for number in strict)
-            self._strictly[literal] = self._define(f"strictly {literal}", [clause])
+            self.strictly[literal] = self._define(f"strictly {literal}", [clause])
         for literal in (Literal(atom), Literal(atom, False)):
             team = [n for n in self.concluding.get(literal, ()) if self.rules[n].proves]
             if not team:
                 continue
             span = self.rules[team[0]].span
-            clauses = [_clause([(_negated(self.strictly(literal.complement)), span)])]
+            clauses = [_clause([(_negated(self.strictly.get(literal.complement, False)), span)])]
             clauses.append(_clause(map(self._applies, team)))
             for attacker in self.concluding.get(literal.complement, ()):
                 beating = [n for n in self.stronger.get(attacker, ()) if self.rules[n].proves]
                 applies, place = self._applies(attacker)
                 clauses.append(_clause([(_negated(applies), place), *map(self._applies, beating)]))
-            self._proved[literal] = self._define(str(literal), clauses, (self.strictly(literal), span))
+            self.proved[literal] = self._define(str(literal), clauses, (self.strictly[literal], span))
 
     def _applies(self, number: int, *, strictly: bool = False) -> _Placed:
         rule = self.rules[number]
         key = f"strictly rule {number}" if strictly else f"rule {number}"
         if key not in self._applying:
             proof = self.strictly if strictly else self.proved
-            self._applying[key] = self._define(key, [_clause([(proof(literal), rule.span)]) for literal in rule.body])
+            self._applying[key] = self._define(
+                key, [_clause([(proof.get(literal, False), rule.span)]) for literal in rule.body]
+            )
         return self._applying[key], rule.span
 
     def _define(self, key: str, clauses: Iterable[_Clause | None], strictly: _Placed | None = None) -> _Part:
         """The conjunction of clauses, or what is proved `strictly`: a part that is there, or else a definition."""
-        left = _simplified(clauses)
-        strict, place = strictly or (False, None)
-        if strict is True or not left:
-            return True
-        if strict is not False and place is not None:
-            left = [{part: span for part, span in clause.items() if part != strict} for clause in left]
-            if {} in left:
-                return strict
-            if len(left) == 1:
-                left, strict = [{strict: place, **left[0]}], False
-                if _clause(left[0].items()) is None:
-                    return True
-        if strict is False and len(left) == 1 and len(left[0]) < 2:
+        certain = () if strictly is None else (strictly,)
+        left = _simplified(_clause([*certain, *clause.items()]) for clause in _simplified(clauses))
+        if len(left) == 1 and len(left[0]) < 2:
             return next(iter(left[0]), False)
-        value = _tree("and", [_tree("or", [_expression(*part) for part in clause.items()]) for clause in left])
-        if strict is not False and place is not None:
-            value = _tree("or", [_expression(strict, place), value])
-        self.definitions[key] = value
-        return key, True
+        if not left:
+            return True
+        strict = strictly[0] if strictly is not None and len(left) > 1 else False  # it is in each clause
+        ors = [[_expression(*part) for part in clause.items() if part[0] != strict] for clause in left]
+        value = _tree("and", [_tree("or", parts) for parts in ors])
+        if strictly is not None and strict is not False:
+            value = _tree("or", [_expression(*strictly), value])
+        self.definitions[self._prefix + key] = value
+        return self._prefix + key, True
 
 
 def _negated(part: _Part) -> _Part:
@@ -163,15 +161,3 @@ def _tree(op: OneOf["and", "or"], parts: list[typed.Expression]) -> typed.Expres
         ]
         parts = joined + parts[len(joined) * 2 :]
     return parts[0]
-
-
-def _names(expression: typed.Expression) -> Iterator[str]:
-    """The keys of the locals in it."""
-    match expression:
-        case typed.ReadLocal(local=local):
-            yield local.key
-        case typed.Unary(operand=operand):
-            yield from _names(operand)
-        case typed.Binary(left=left, right=right):
-            yield from _names(left)
-            yield from _names(right)

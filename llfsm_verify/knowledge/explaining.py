@@ -25,7 +25,8 @@ class Fate:
     missing: tuple[Literal, ...] = ()
     """Of a rule that is idle: what of its body is not proved."""
     by: tuple[int, ...] = ()
-    """The rules that beat it or block it, of many the first MOST ones."""
+    """The rules that beat it or block it; of one that wins by its team, those that are stronger, all beaten. Of many
+    the first MOST ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +83,7 @@ def explained(theory: Theory, literal: Literal, valuation: Mapping[str, bool]) -
             if n not in applying:
                 fates.append(Fate(n, "idle", tuple(b for b in rule.body if b not in proved)))
             elif rule.proves and rule.head in proved:
-                fates.append(Fate(n, "wins"))
+                fates.append(Fate(n, "wins", by=() if rule.head in strictly else beaten[n][:MOST]))
             elif beaten[n]:
                 fates.append(Fate(n, "beaten", by=beaten[n][:MOST]))
             elif rule.proves:

@@ -28,33 +28,44 @@ from pathlib import PurePath
 from typing import Literal as OneOf
 from typing import NamedTuple, NoReturn, TypeVar
 
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span, meant_at
 from llfsm_verify.knowledge import codes
-from llfsm_verify.knowledge.theory import Literal, Output, Rule, Theory, dependence
+from llfsm_verify.knowledge.theory import Literal, Output, Rule, Theory, asked, dependence
 from llfsm_verify.language.scope import did_you_mean, near_names
 
 MAX_RULES, MAX_WORDS = 10_000, 200_000
 MAX_DIAGNOSTICS, MAX_CYCLES = 50, 10
 _TOKEN = re.compile(
-    r'\s+|%[^\n]*|(?P<name>[A-Za-z_]\w*)|(?P<text>"[^"\n]*")|(?P<sign>->|=>|~>|[{}(),:.~>])'
+    r'\s+|%[^\n]*|(?P<name>[A-Za-z_]\w*)|(?P<text>"[^"\n]*")|(?P<sign>->|=>|~>|:-|>=|[{}(),:.~>])'
     r"|(?P<foreign>[^\s\w%\"{}(),:.~>]+|.)",
     re.ASCII,
 )
 _ARROWS: dict[str, OneOf["strict", "defeasible", "defeater"]]
 _ARROWS = {"->": "strict", "=>": "defeasible", "~>": "defeater"}
 _DECLARED = ("name", "input", "output")
-_EACH = "write a rule for each: `a => c. b => c.`"
-_NOT, _AND, _COMMENT = "write `~a` for `not a`", "write `,` for `and`: `a, ~b => c.`", "comments begin with `%`"
+_BOUND = "all is true or false here: declare an input, and write `inputs: {far: distance > 5}` in the arrangement"
+_FORM = "a rule is `C1: {a, ~b} => c.`, with `:` after its label and `,` between literals"
 _HABITS = {
-    ":-": "a rule ends with what it concludes: `BODY => HEAD.` for `HEAD :- BODY.`",
-    ";": "statements end with `.`",
-    "<": "write the stronger rule first: `C1 > C0.`",
-    "=": "the arrows are `->` (strict), `=>` (by default) and `~>` (a defeater)",
-    '"': 'write `"` at its end as well',
-    ">": "write a priority for each pair: `C2 > C1. C1 > C0.`",
-    "!": _NOT, "-": _NOT, "not": _NOT, "&": _AND, "and": _AND, "|": _EACH, "or": _EACH, "#": _COMMENT, "/": _COMMENT,
+    r"[<>!=]=?\s*\d|\w\s*>\s*\w+\s*=>": _BOUND,
+    r":-|<[-=]+>?|[⇐←]": "a rule ends with what it concludes: `BODY => HEAD.` for `HEAD :- BODY.`",
+    r"\w+-\w|\w*[^\W\x00-\x7F]|(?<!\w)\d": "names have letters from a to z, digits and `_`, and begin with no digit",
+    r"\binput\b\s*(?![\s{])": "write `input {a, b}.`",
+    r"\boutput\b\s*(?![\s{])": 'write `output {b cook, "cook"}.`',
+    r"\bname\b\s*(?![\s{])": "write `name {Cook}.`",
+    r"={2,}>?|=(?!>)|-{2,}>|[=~-]>>|[⇒→]": "the arrows are `->` (strict), `=>` (by default) and `~>` (a defeater)",
+    r"[!¬]|\\\+|-\s*\w|\bnot\b\s*": "write `~a` for `not a`",
+    r"&|∧|\band\b": "write `,` for `and`: `a, ~b => c.`",
+    r"\||∨|\bor\b": "write a rule for each: `a => c. b => c.`",
+    r"#|/": "comments begin with `%`",
+    r";": "statements end with `.`",
+    r"\w\s*(<|>=)\s*\w": "write the stronger rule first: `C1 > C0.`",
+    r"\w\s*>\s*\w+\s*>": "write a priority for each pair: `C2 > C1. C1 > C0.`",
+    r'"[^"\n]*$': 'write `"` at its end as well',
+    r"\w\(": "literals have no arguments: write a name for each, such as `door_1`",
+    r"\(": "write `{a, b}` for `(a, b)`",
+    r"\{[^{}.]*?(?=[=~-]>)": "write `}` before the arrow",
 }  # fmt: skip
-"""What to write, by the word, or the beginning of it, that does not fit or stands before what does not."""
+"""What to write for a pattern around the place where something does not fit."""
 _LONG = re.compile(r"([^\s`]{60})[^\s`]+")
 _Key = TypeVar("_Key", int, str)
 
@@ -177,7 +188,8 @@ class _Reader:
             raise _Broken
         untyped = letter.text != "b" and self._next.text in ("}", ",")
         atom = letter if untyped else self._take("the name of an output", "name")
-        text = self._take("the name outside (in quotes)", "text").text[1:-1] if self._comma() else atom.text
+        form = f'write `output {{b {atom.text}, "{atom.text}"}}.`'
+        text = self._take("the name outside (in quotes)", "text", form).text[1:-1] if self._comma() else atom.text
         named = text if text.strip() and text.isprintable() else atom.text
         form = f'write `output {{b {atom.text}, "{named}"}}.`'
         if untyped:
@@ -205,7 +217,11 @@ class _Reader:
             self._take("`}` or `,`", "}")
         kind = _ARROWS.get(self._next.text)
         if kind is None:
-            fact = body and self._next.text == "." and f"write `{{}} -> {body[0][0]}.` for what always holds"
+            fact = (
+                body
+                and self._next.text == "."
+                and f"write `{{}} => {body[0][0]}.` for what holds by default (`->`: always)"
+            )
             self._unfit(f"{'`,` or ' * bool(body)}an arrow (`->`, `=>`, `~>`)", fact or None)
         self._at += 1
         head, place = self._literal("the literal that the rule concludes")
@@ -245,19 +261,17 @@ class _Reader:
         self._at += there
         return there
 
-    def _take(self, what: str, kind: str) -> _Token:
+    def _take(self, what: str, kind: str, hint: str | None = None) -> _Token:
         """The next token, a sign or of that kind."""
         token = self._next
         if kind not in (token.kind, token.text):
-            self._unfit(what)
+            self._unfit(what, hint)
         self._at += 1
         return token
 
     def _unfit(self, expected: str, hint: str | None = None) -> NoReturn:
         token = self._next
-        before = self._tokens[self._at - 1].text if self._at else ""
-        words = (before + token.text, token.text, token.text[:1] if token.kind == "foreign" else "", before)
-        hint = hint or next((_HABITS[w] for w in words if w in _HABITS), "a rule is `C1: {a, ~b} => c.`")
+        hint = meant_at(_HABITS, self.source.text, token.span.start) or hint or _FORM
         shown = f"`{token.text}`" if token.text.isprintable() else f"U+{ord(token.text[0]):04X}"
         written = "the file ends" if token.kind == "end" else f"there is {shown}"
         self._say(codes.SYNTAX, f"{expected} is expected, and {written}", token.span, hint)
@@ -290,13 +304,13 @@ class _Reader:
                 self._say(codes.INPUT_CONCLUDED, message, head, hint)
             for literal, span in zip(rule.body, body, strict=True):
                 if literal.atom not in self.inputs and literal not in concluded:
-                    self._unknown(literal, span, known)
+                    self._unknown(literal, span, known, f"`input {{{literal.atom}}}.`, or a rule for it")
         for output in self.outputs:
             if output.atom in self.inputs:
                 message = f"`{output.atom}` is an input, so it cannot be an output"
                 self._say(codes.OUTPUT, message, output.span, "ask for an atom that rules conclude")
             elif Literal(output.atom) not in concluded:
-                self._unknown(Literal(output.atom), output.span, concluded)
+                self._unknown(Literal(output.atom), output.span, concluded, "a rule for it")
         if not self.outputs and "output" not in self._of_broken:
             atom = next((literal.atom for literal in concluded), "cook")
             hint = f'write `output {{b {atom}, "{atom}"}}.`'
@@ -312,7 +326,7 @@ class _Reader:
             message = f"`{atom}` depends on itself: {_shown(cycle[::-1], ' ← ')}"
             self._say(codes.CYCLE, message, span, f"remove `{needed}` from the body, or conclude another atom")
 
-    def _unknown(self, literal: Literal, span: Span, known: Collection[Literal]) -> None:
+    def _unknown(self, literal: Literal, span: Span, known: Collection[Literal], instead: str) -> None:
         if literal.atom in self._of_broken or len(self.found) >= MAX_DIAGNOSTICS:
             return
         if literal.complement in known:
@@ -323,19 +337,27 @@ class _Reader:
             hint = "write `=>` instead of `~>` for what holds by default"
         else:
             message = f"`{literal.atom}` is not an input, and no rule can conclude it"
-            near = did_you_mean(literal.atom, (one.atom for one in known))
-            hint = near or f"write `input {{{literal.atom}}}.`, or a rule for it"
+            near = near_names(literal.atom, [one.atom for one in known])
+            hint = near or f"write {instead}"
+            hint = "write `{}` for the body of what needs nothing" if literal.atom == "true" else hint
         self._say(codes.UNKNOWN, message, span, hint)
 
     def _check_priorities(self) -> None:
+        wanted = asked(self.rules, self.outputs)
+        relabelled = len(self._labels) < sum(1 for rule in self.rules if rule.label)
         for pair in self._priorities:
             numbers = [self._numbers.get(token.text) for token in pair]
             for token, number in zip(pair, numbers, strict=True):
-                if number is None and token.text not in self._of_broken and len(self.found) < MAX_DIAGNOSTICS:
+                if (
+                    number is None
+                    and not relabelled
+                    and token.text not in self._of_broken
+                    and len(self.found) < MAX_DIAGNOSTICS
+                ):
                     hint = did_you_mean(token.text, self._labels) or f"write `{token.text}: BODY => HEAD.`"
                     self._say(codes.UNKNOWN_LABEL, f"no rule has the label `{token.text}`", token.span, hint)
             first, second = numbers
-            if first is None or second is None:
+            if first is None or second is None or not self._of_broken.isdisjoint(token.text for token in pair):
                 continue
             one, other = self.rules[first].head, self.rules[second].head
             span = Span(self.source, pair[0].span.start, pair[1].span.end)
@@ -343,7 +365,9 @@ class _Reader:
                 self.superior.setdefault((first, second), span)
             else:
                 message = f"these rules conclude `{one}` and `{other}`, which are not opposite"
-                self._say(codes.UNOPPOSED, message, span, "remove the priority: it would change nothing")
+                odd = next((atom for atom in (one.atom, other.atom) if atom not in wanted), "")
+                near = odd and near_names(odd, [atom for atom in wanted if atom not in self.inputs])
+                self._say(codes.UNOPPOSED, message, span, near or "remove the priority: it would change nothing")
         weaker: dict[int, dict[int, None]] = {}
         for strong, weak in self.superior:
             weaker.setdefault(strong, {})[weak] = None

@@ -114,3 +114,9 @@ def dependence(rules: Iterable[Rule]) -> dict[str, dict[str, None]]:
     for rule in rules:
         found.setdefault(rule.head.atom, {}).update((literal.atom, None) for literal in rule.body)
     return found
+
+
+def asked(rules: Iterable[Rule], outputs: Iterable[Output]) -> dict[str, None]:
+    """The atoms for which an output or a body asks."""
+    names = (*(output.atom for output in outputs), *(literal.atom for rule in rules for literal in rule.body))
+    return dict.fromkeys(names)

@@ -154,13 +154,15 @@ class Section:
     title: str
     codes: Mapping[str, str]
     examples: Mapping[str, str]
+    mends: Mapping[str, str]
+    """What to do, of those whose message does not say it; of extensions it is `MENDS` beside their codes."""
 
 
 @cache
 def ours() -> tuple[Section, ...]:
     """The sections of the core and of extensions. ValueError: what an extension registers is not a list of codes."""
     examples = _examples(__package__)
-    core = [Section(title, codes, examples) for title, codes in SECTIONS]
+    core = [Section(title, codes, examples, MENDS) for title, codes in SECTIONS]
     return (*core, *map(_section, OF_OTHERS.ours))
 
 
@@ -194,7 +196,8 @@ def _section(name: str) -> Section:
             raise ValueError(f"`{code}` is not one of the letters EFLW with three digits")
         if not isinstance(meaning, str) or not meaning.strip():
             raise ValueError(f"{code} has no meaning")
-    return Section(entry.about or name, codes, _examples(import_module(entry.place.partition(":")[0]).__package__))
+    module = import_module(entry.place.partition(":")[0])
+    return Section(entry.about or name, codes, _examples(module.__package__), getattr(module, "MENDS", {}))
 
 
 def all_codes() -> dict[str, str]:
@@ -224,8 +227,8 @@ def explained(code: str, sections: tuple[Section, ...] | None = None) -> str:
     lines = [f"{code}: {sentence(section.codes[code])}"]
     if code in section.examples:
         lines += ["", *(f"    {line}".rstrip() for line in section.examples[code].split("\n"))]
-    if code in MENDS:
-        lines += ["", f"What to do: {MENDS[code]}"]
+    if code in section.mends:
+        lines += ["", f"What to do: {section.mends[code]}"]
     return "\n".join(lines)
 
 

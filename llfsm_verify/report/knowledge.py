@@ -139,7 +139,8 @@ def _fate(theory: Theory, fate: Fate) -> str:
     others = ", ".join(named if len(named) < 10 else named[:8]) + " and others" * (len(named) >= 10)
     match fate.outcome:
         case "wins":
-            return "applies and wins"
+            beaten = "is beaten itself" if len(fate.by) == 1 else "are beaten themselves"
+            return "applies and wins" + (f", because {others} {beaten}" if fate.by else "")
         case "beaten":
             return f"applies, and is beaten by {others}"
         case "blocked":

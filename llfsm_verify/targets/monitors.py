@@ -125,10 +125,11 @@ def _monitors(problem: Problem, problems: list[Diagnostic], look_up: int) -> Ite
 
 
 def _apart(program: Program, monitors: tuple[OnBoard, ...]) -> Watched:
-    """The atoms taken out of the program's steps. Those stay that read inputs, which no state has, or definitions."""
-    shown = [s for s in statements(program.letter) if isinstance(s, Set)]
-    sampled = {s.var for s in shown if any(isinstance(node, Local) for node in distinct_nodes(s.value))}
-    taken = {a.output for a in program.atoms} - sampled
+    """The atoms taken out of the program's steps. Those stay that read inputs, which no state has, or ask theories."""
+    outputs = {a.output for a in program.atoms}
+    shown = {s.var: s.value for s in statements(program.letter) if isinstance(s, Set) and s.var in outputs}
+    sampled = {name for name, e in shown.items() if any(isinstance(node, Local) for node in distinct_nodes(e))}
+    taken = outputs - sampled
     letter = without(program.letter, lambda s: isinstance(s, Set) and s.var in taken)
     program, letter = _one_choice_an_input(program, letter)
     atoms = {a.name: get(a.output, a.expression.type) if a.output in sampled else a.expression for a in program.atoms}

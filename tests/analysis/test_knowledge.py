@@ -175,6 +175,43 @@ def test_random_conditions_of_an_arrangement(arrangement_path: Path) -> None:
     assert min(answers["equal"], answers["different"]) > 4
 
 
+@pytest.mark.slow
+def test_random_theories_in_an_arrangement(tmp_path: Path) -> None:
+    """A theory whose inputs are conditions on numbers, and a second one that asks the first."""
+    rows = [dict(zip(VARIABLES, values, strict=True)) for values in product(*VARIABLES.values())]
+    answers: dict[str, int] = {}
+    for seed in range(examples(80)):
+        random = Random(f"known {seed}")
+        columns: list[list[bool]] = []
+        entries = []
+        for number in range(2):
+            plain = random_theory(random)
+            side = known(plain, literal := literal_of(plain, random))
+            (tmp_path / f"{number}.d").write_text(side.theory.source.text)
+            asked = {name: numeric(random) for name in plain.inputs}
+            inputs = {name: truths(text, rows) for name, text in asked.items()}
+            if number:  # one of its inputs is the other theory
+                asked["a"], inputs["a"] = (
+                    "k0 || p",
+                    [one or bool(row["p"]) for one, row in zip(columns[0], rows, strict=True)],
+                )
+            bound = ", ".join(f'{name}: "{text}"' for name, text in asked.items())
+            entries.append(f"  k{number}: {{file: {number}.d, inputs: {{{bound}}}, output: {side.atom}}}\n")
+            valuations = list(zip(*inputs.values(), strict=True))
+            proved = {v: column(plain, literal, [dict(zip(inputs, v, strict=True))])[0] for v in set(valuations)}
+            columns.append([proved[v] for v in valuations])
+        path = tmp_path / f"{seed}.yaml"
+        path.write_text(PRICED.replace("machines:", f"knowledge:\n{''.join(entries)}machines:"))
+        other = random.choice(["k0", "k1 && true", f"!!k1 || ({numeric(random)} && k1)", numeric(random)])
+        right = {"k0": columns[0], "k1 && true": columns[1]}.get(other) or (
+            columns[1] if other.startswith("!!") else truths(other, rows)
+        )
+        found = compare_in(load_arrangement(path), fragment("k1"), fragment(other), Budget(Limits()))
+        is_right(found, columns[1], right, rows)
+        answers[found.answer] = answers.get(found.answer, 0) + 1
+    assert min(answers["equal"], answers["different"]) > 2
+
+
 @pytest.mark.parametrize(
     ("left", "right", "told"),
     [

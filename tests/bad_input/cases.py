@@ -741,6 +741,8 @@ CASES: tuple[Case, ...] = (
     Case("an entry without a theory", TOP("knowledge: {cook: §{inputs: {}}}"), "E034"),
     Case("an entry that is a file", TOP("knowledge: {cook: §MicrowaveCook.d}"), "E030"),
     Case("an input that the theory does not have", COOK(TOLD("timeLeft: car, §doorOpn: car, doorOpen: n > 0")), "E166"),
+    Case("an input that is misspelt", COOK(TOLD("timeLeft: car, §doorOpn: n > 0")), "E166"),
+    Case("an unknown key beside a theory", COOK(TOLD("timeLeft: car").replace("inputs:", "§input:")), "E033"),
     Case("an output that the theory does not have", COOK(TOLD("timeLeft: car, doorOpen: n > 0", "§cok")), "E166"),
     Case("an input that is told nothing", COOK(TOLD("timeLeft: car"), "§cook"), "E167"),
     Case("an input that is an integer", COOK(TOLD("timeLeft: §n, doorOpen: n > 0")), "E120"),

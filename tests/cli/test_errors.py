@@ -163,3 +163,23 @@ def test_only_a_file_that_a_file_names_is_relative_to_one(tmp_path):
     path = tmp_path / "a.yaml"
     path.write_text("machines: {m: {file: nowhere.machine.yaml}}\nschedule: [m]\n")
     assert "it is relative to the file that names it" in llfsm("verify", str(path)).stderr
+
+
+@pytest.mark.parametrize(
+    ("named", "hint"),
+    [
+        ("sub/enter.d", "did you mean `sub/Enter.d`?"),
+        ("sub/enter", "did you mean `sub/Enter.d`?"),
+        ("../outside/secrets.d", "check the path"),
+        ("sub/../../outside/secrets.d", "check the path"),
+        ("{}/outside/secrets.d", "check the path"),
+    ],
+)
+def test_files_beside_the_one_that_names_them_are_suggested(tmp_path, named, hint):
+    for folder, name in (("there/sub", "Enter.d"), ("outside", "secret.d")):
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / name).write_text("")
+    path = tmp_path / "there/a.yaml"
+    machines = "machines: {m: {inline: {machine: M, states: [{name: A}]}}}\nschedule: [m]\n"
+    path.write_text(f"knowledge: {{q: {{file: {named.format(tmp_path)}}}}}\n{machines}")
+    assert f"hint: {hint}" in llfsm("verify", str(path)).stderr

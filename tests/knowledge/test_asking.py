@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
-from random import Random
+from random import Random, SystemRandom
 
 import pytest
 
@@ -22,15 +22,22 @@ from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.expressions import Code
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.verification.verify import checker
-from tests.knowledge.asking import Asking, asking
+from tests.knowledge.asking import asking
 from tests.quick import FRESH, examples, many
 from tests.verification.agreeing import agree
 
 STEPS = 40
 
 
-def run_both(made: Asking, random: Random, tally: Counter[str]) -> None:
+def seeds(count: int, first: int = 0) -> list[int]:
+    """Of so many arrangements."""
+    return [SystemRandom().getrandbits(32) if FRESH else first + number for number in range(count)]
+
+
+def run_both(seed: int, tally: Counter[str]) -> None:
     """A random run of both by the definition of step programs, and of the first one in machine code."""
+    random = Random(seed)
+    made = asking(random)
     programs: list[Program] = [lower(a, keep_all_bits=True) for a in (made.inlined, made.written)]
     interpreters = [Interpreter(p) for p in programs]
     native = NativeProgram(programs[0], events=True, effort="quick")
@@ -64,8 +71,9 @@ def run_both(made: Asking, random: Random, tally: Counter[str]) -> None:
     tally["samples"] += max(len(s) for s in (one.samples, other.samples))
 
 
-def decide_both(made: Asking, tally: Counter[str]) -> None:
+def decide_both(seed: int, tally: Counter[str]) -> None:
     """The explicit engine decides the same of both, and what a theory says equals its table in each letter."""
+    made = asking(Random(seed))
     texts = [Source("both.ltl", "\n".join(f"p{i}: {p}" for i, p in enumerate(made.properties)))]
     results = [
         checker("explicit")(bind(a, parse_properties(texts)), Options(Limits(max_states=20_000)))
@@ -88,17 +96,16 @@ def decide_both(made: Asking, tally: Counter[str]) -> None:
 @pytest.mark.slow
 def test_runs_are_those_of_the_truth_tables() -> None:
     tally = Counter[str]()
-    for number in range(examples(240)):
-        random = Random() if FRESH else Random(number)
-        run_both(asking(random), random, tally)
+    for seed in seeds(examples(240)):
+        run_both(seed, tally)
     assert {"fault F002", "fault F003", "steps", "samples"} <= tally.keys()
 
 
 @pytest.mark.slow
 def test_verdicts_are_those_of_the_truth_tables() -> None:
     tally = Counter[str]()
-    for number in range(examples(80)):
-        decide_both(asking(Random() if FRESH else Random(1000 + number)), tally)
+    for seed in seeds(examples(80), 1000):
+        decide_both(seed, tally)
     assert {"holds", "violated", "faults violated", "equal"} <= tally.keys()
 
 
@@ -140,7 +147,7 @@ def test_mistakes_are_noticed(mistake: Callable[[typed.LetIn], typed.LetIn], mon
 
     def run() -> None:
         for number in range(100):
-            run_both(asking(Random(number)), Random(number), Counter())
+            run_both(number, Counter())
 
     with pytest.raises(AssertionError):
         run()
@@ -149,9 +156,10 @@ def test_mistakes_are_noticed(mistake: Callable[[typed.LetIn], typed.LetIn], mon
 @pytest.mark.long
 def test_engines_agree() -> None:
     tally = Counter[str]()
-    for number in range(many(1200)):
-        made = asking(Random() if FRESH else Random(2000 + number))
-        lines = (*made.properties, *made.equal)
+    for seed in seeds(many(500), 2000):
+        random = Random(seed)
+        made = asking(random)
+        lines = (random.choice(made.properties), *made.equal[-1:])
         sources = [Source("all.ltl", "\n".join(f"p{i}: {p}" for i, p in enumerate(lines)))]
         agree((made.inlined, bind(made.inlined, parse_properties(sources))), tally)
-    assert tally["decided by two or more"] > 20
+    assert {"explicit violated", "explicit holds", "bmc violated", "induction holds", "pdr holds"} <= tally.keys()

@@ -231,10 +231,12 @@ def test_tables_come_in_blocks() -> None:
         assert bool(column >> (row & 0x3FFF) & 1) == explained(made, Literal("q"), values).proved
 
 
-def test_the_first_valuation_that_is_undecided_is_found_in_a_later_block() -> None:
+def test_the_first_valuation_that_is_undecided_is_found_in_whatever_block_it_is() -> None:
     names = [f"i{k}" for k in range(MAX_INPUTS)]
     made = theory(f"input {{{', '.join(names)}}}. R: {', '.join(names)} => q. S: {{}} => ~q. output {{b q}}.")
     assert undecided(made, Literal("q")) == Undecided(dict.fromkeys(names, True), None, looked=True)
+    two_blocks = theory(f"input {{{', '.join(names[:15])}}}. {', '.join(names[:15])} => q. output {{b q}}.")
+    assert undecided(two_blocks, Literal("q")) == Undecided(dict.fromkeys(names[:15], False), None, looked=True)
     both = theory("input {b, a}. a -> q. b, a -> ~q. ~a => ~q. output {b q}.")
     assert undecided(both, Literal("q")) == Undecided(None, {"b": True, "a": True}, looked=True)
     many = theory(f"input {{z, {', '.join(names)}}}. z, {', '.join(names)} => q. output {{b q}}.")

@@ -76,6 +76,8 @@ def _fate_fits(theory: Theory, fate: Fate, tag: Tags, about: str) -> None:
     assert {str(b) for b in fate.missing} == {str(b) for b in rule.body} - tag.proved, about
     if fate.outcome == "wins":
         assert rule.proves and str(rule.head) in tag.proved, about
+        beaten = {weak for strong, weak in theory.superior if tag.proved >= {str(b) for b in theory.rules[strong].body}}
+        assert not fate.by or (str(rule.head) not in tag.strict and beaten >= {fate.rule, *fate.by}), about
     if fate.outcome in ("beaten", "blocked"):
         assert fate.by and all(theory.rules[n].head == rule.head.complement for n in fate.by), about
         assert all(tag.proved >= {str(b) for b in theory.rules[n].body} for n in fate.by), about

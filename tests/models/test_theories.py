@@ -72,3 +72,15 @@ def test_the_guard_by_hand_is_proved_equal(study: tuple[str, Path]) -> None:
         "knowledge", "equivalent", f"{machine}.{name}", guard, "--arrangement", f"models/{model}/arrangement.yaml"
     )
     assert done.returncode == 0 and done.stdout.startswith("equal: proved"), done
+
+
+FORGOTTEN = {"": 0, "C0: .*": 3, "C1: .*": 3, " C1 > C0[.]": 1, "C2: .*": 1, " C2 > C1[.]": 0}
+"""What is forgotten of the theory of the oven, and what `equivalent` says: still equal, told apart, not a theory. Where
+two rules have no priority, nothing is proved, and what is not proved is false: `C2 > C1` makes no difference."""
+
+
+@pytest.mark.parametrize(("forgotten", "code"), FORGOTTEN.items())
+def test_what_may_be_forgotten_of_a_theory(forgotten: str, code: int, tmp_path: Path) -> None:
+    theory = tmp_path / "changed.d"
+    theory.write_text(re.sub(forgotten, "", Path("models/microwave/MicrowaveCook.d").read_text("utf-8")), "utf-8")
+    assert llfsm("knowledge", "equivalent", str(theory), "timeLeft && !doorOpen").returncode == code

@@ -427,6 +427,7 @@ schedule: [a, b]
     "W002": _lint(does("if (n < 16) lamp = true;", "n: {type: 0..9, role: input}, lamp: {type: bool, role: output}")),
     "W004": _theory("warm => heat."),
     "W005": _theory("warm -> heat. {} -> ~heat."),
+    "W006": _theory("C: {} => ~heat. D: warm => heat. D > C. warm => Heat."),
     "W003": Provoked(("llfsm monitor 'G env@S' --arrangement a.yaml --as table",), model("go = choose(bool);", GO)),
     "W301": Provoked(("llfsm monitor 'G (go -> X[12] m@ON)' --arrangement a.yaml --as machine",), LAMP),
     "W302": _rule("x: go -> F m@ON"),

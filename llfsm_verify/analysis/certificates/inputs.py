@@ -9,17 +9,21 @@ from pathlib import Path
 
 from llfsm_verify.arrangement.files import MAX_FILE_BYTES
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.diagnostics import Source
+from llfsm_verify.diagnostics import Source, Span
 from llfsm_verify.files import read_regular
 from llfsm_verify.jsonvalue import Json
+from llfsm_verify.language.trees import nodes
 from llfsm_verify.logic.properties import PropertySet
 
 
 def input_files(arrangement: Arrangement, properties: PropertySet) -> Iterator[tuple[str, Source | Path]]:
-    """Kind and text of each input, once: the arrangement, its machine files, property files, files of automata."""
+    """Kind and text of each input, once: the arrangement, its machine files, theories, property files, automata."""
     seen: set[str] = set()
     spans = [("arrangement", arrangement.span)]
     spans += [("machine", s.span) for m in arrangement.texts for s in m.states]
+    known = (e for k in (arrangement.knowledge, *(m.knowledge for m in arrangement.texts)) for e in k.values())
+    places = (getattr(node, "span", None) for entry in known for node in nodes(entry))
+    spans += [("theory", place) for place in places if isinstance(place, Span)]
     spans += [("properties", p.span) for p in properties]
     for kind, span in spans:
         if span.source.name not in seen:

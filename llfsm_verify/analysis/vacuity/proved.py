@@ -15,7 +15,7 @@ from llfsm_verify.analysis.vacuity.check import (
     stronger_line,
 )
 from llfsm_verify.checking.goals.goal import Goal
-from llfsm_verify.checking.problem import Problem
+from llfsm_verify.checking.problem import Problem, only_shown
 from llfsm_verify.checking.verdict import (
     NO_RUN,
     PERHAPS_NO_RUN,
@@ -28,6 +28,7 @@ from llfsm_verify.checking.verdict import (
 )
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.formula import FALSE, Formula, to_text
+from llfsm_verify.logic.properties import Property
 
 EFFORT, EFFORT_ASKED = 1_000_000, 20_000_000
 """Z3's units of work for all stronger formulas together, without being asked for and when asked."""
@@ -72,16 +73,21 @@ class ProvedPasses:
                 lines = [stronger_line(like, f, name) for f, name in self._names.items()]
                 effort = EFFORT_ASKED if self._everything else EFFORT
                 try:
-                    self._known = decide(replace(self._problem, properties=tuple(lines)), effort)
+                    self._known = decide(self._claiming(tuple(lines)), effort)
                 except LIMITS:
                     pass  # then nothing is known of them, and that is said
         return tuple(r if r.name not in held else self._of(r, held[r.name], possible) for r in results)
+
+    def _claiming(self, lines: tuple[Property, ...]) -> Problem:
+        """The problem with these lines in the place of its own; searches read atoms that only traces had."""
+        shown = only_shown((*lines, *self._problem.assumptions))
+        return replace(self._problem, properties=lines, shown=shown)
 
     def _is_disproved(self, goal: Goal, decide: Decide) -> bool:
         """Whether no run satisfies the assumptions: then all would violate what is never true, and none does."""
         line = stronger_line(goal.line, FALSE, IMPOSSIBLE)
         try:
-            return decide(replace(self._problem, properties=(line,)), EFFORT_IMPOSSIBLE).get(IMPOSSIBLE) is True
+            return decide(self._claiming((line,)), EFFORT_IMPOSSIBLE).get(IMPOSSIBLE) is True
         except LIMITS:
             return False  # then it stays unknown, and that is said
 

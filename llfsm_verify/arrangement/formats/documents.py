@@ -120,9 +120,10 @@ def _entry(reading: Reading, key: Scalar, node: Node) -> KnowledgeDraft:
         hint = f"write `{key.text[:60]}: {{file: {node.text[:60]}}}`"
         reading.error("E030", f"{what} must be a mapping", mark(node), hint)
         return KnowledgeDraft(key, UNREADABLE)
+    before = len(reading.diagnostics)
     fields = reading.fields(node, what, KNOWLEDGE.keys, KNOWLEDGE.required)
     file = None if fields is None else reading.scalar(fields["file"], "`file`")
-    if fields is None or file is None:
+    if fields is None or file is None or len(reading.diagnostics) > before:
         return KnowledgeDraft(key, UNREADABLE)
     inputs = _entries(reading, fields.get("inputs"), "`inputs`")
     return KnowledgeDraft(key, reading.theory(file), file, inputs, **_as_written(KnowledgeDraft, fields))

@@ -21,10 +21,10 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass, replace
 
 from llfsm_verify.arrangement.draft import KnowledgeDraft, Unreadable
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
+from llfsm_verify.diagnostics import DiagnosticError, Fragment, Span
 from llfsm_verify.knowledge.compiled import compiled
+from llfsm_verify.knowledge.doubts import undecided_output, without_influence
 from llfsm_verify.knowledge.reading import read_theory
-from llfsm_verify.knowledge.tables import MAX_INPUTS, undecided
 from llfsm_verify.knowledge.theory import Literal, Output, Theory
 from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.expressions import BOOL, ExpressionChecker, a_type
@@ -66,7 +66,8 @@ def parse_knowledge(report: Report, drafts: Iterable[KnowledgeDraft]) -> tuple[t
         if not isinstance(draft.theory, Unreadable):
             if id(draft.theory) not in theories:
                 try:
-                    theories[id(draft.theory)] = read_theory(draft.theory)
+                    theories[id(draft.theory)] = theory = read_theory(draft.theory)
+                    report.diagnostics += without_influence(theory)
                 except DiagnosticError as e:
                     theories[id(draft.theory)] = None
                     report.add(e)
@@ -75,30 +76,9 @@ def parse_knowledge(report: Report, drafts: Iterable[KnowledgeDraft]) -> tuple[t
         if text is None:
             broken.add(draft.name.text)
         else:
-            report.diagnostics += _doubts(text)
+            report.diagnostics += undecided_output(text.theory, text.output)
             found.append(text)
     return tuple(found), broken
-
-
-def _doubts(text: KnowledgeText) -> Iterator[Diagnostic]:
-    """Where the output is not either true or false."""
-    output, literal = text.output, Literal(text.output.atom)
-    found = undecided(text.theory, literal)
-    if found.neither is not None:
-        message = f"`{literal}` is neither proved nor refuted where {_shown(found.neither)}: it is false then"
-        hint = f"add a rule for what holds by default, such as `{{}} => {literal.complement}.`"
-        yield Diagnostic("W004", message, output.span, hint=hint)
-    if found.both is not None:
-        message = f"`{literal}` and `{literal.complement}` are both proved where {_shown(found.both)}: it is true then"
-        yield Diagnostic("W005", message, output.span, hint="write `=>` in one of the strict rules that contradict")
-    if not found.looked:
-        message = f"`{literal}` depends on more than {MAX_INPUTS} inputs, so nobody looked where it is not decided"
-        yield Diagnostic("W004", message, output.span, hint="name some parts, as theories of their own")
-
-
-def _shown(valuation: Mapping[str, bool]) -> str:
-    told = [f"`{name}` is {str(value).lower()}" for name, value in valuation.items()]
-    return " and ".join([", ".join(told[:-1]), told[-1]] if len(told) > 1 else told) or "everything is as it is"
 
 
 def _text(report: Report, draft: KnowledgeDraft, name: str, theory: Theory) -> KnowledgeText | None:
@@ -110,6 +90,7 @@ def _text(report: Report, draft: KnowledgeDraft, name: str, theory: Theory) -> K
         if key.text not in theory.inputs:
             message = f"theory `{theory.name}` has no input `{key.text[:60]}`"
             report.error("E166", message, mark(key), did_you_mean(key.text, theory.inputs) or "it has no inputs")
+            fine = False
             continue
         parsed = report.guard(node, key.text)
         fine = fine and parsed is not None
@@ -167,7 +148,7 @@ class _EntryChecker:
 
     def entry(self, broken: Collection[str]) -> typed.LetIn | None:
         text, theory = self.text, self.text.theory
-        proof = compiled(theory, Literal(text.output.atom))
+        proof = compiled(theory, Literal(text.output.atom), prefix=f"{text.name}.")
         atoms = theory.atoms(text.output.atom)
         needed = {literal.atom for rule in theory.rules if rule.head.atom in atoms for literal in rule.body}
         inputs: list[tuple[typed.Local, typed.Expression]] = []
@@ -177,28 +158,13 @@ class _EntryChecker:
             fine = fine and told is not None
             if told is not None and name in needed:
                 self.used |= dict(definition for entry in used for definition in entry.definitions)
-                inputs.append((self._local(name), told))
+                inputs.append((typed.Local(f"{text.name}.{name}", BOOL), told))
         if not fine:
             return None
-        proofs = [(self._local(local.key), self._own(e)) for local, e in proof.definitions]
-        answer, order = typed.Local(text.name, BOOL), list(self.scope.knowledge)
-        first = sorted(self.used.items(), key=lambda known: order.index(known[0].key.partition(".")[0]))
-        definitions = (*first, *inputs, *proofs, (answer, self._own(proof.value)))
+        answer, order = typed.Local(text.name, BOOL), {name: n for n, name in enumerate(self.scope.knowledge)}
+        first = sorted(self.used.items(), key=lambda known: order[known[0].key.partition(".")[0]])
+        definitions = (*first, *inputs, *proof.definitions, (answer, proof.value))
         return typed.LetIn(definitions, typed.ReadLocal(answer, BOOL, text.span), BOOL, text.span)
-
-    def _local(self, key: str) -> typed.Local:
-        return typed.Local(f"{self.text.name}.{key}", BOOL)
-
-    def _own(self, e: typed.Expression) -> typed.Expression:
-        """A proof with locals of this entry's own."""
-        match e:
-            case typed.ReadLocal():
-                return replace(e, local=self._local(e.local.key))
-            case typed.Unary():
-                return replace(e, operand=self._own(e.operand))
-            case typed.Binary():
-                return replace(e, left=self._own(e.left), right=self._own(e.right))
-        return e
 
     def _input(self, name: str, broken: Collection[str]) -> tuple[typed.Expression | None, Sequence[typed.LetIn]]:
         """What an input is told, and the entries that it asks for."""

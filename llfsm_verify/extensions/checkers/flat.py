@@ -31,9 +31,9 @@ from llfsm_verify.plug import (
     Type,
     Var,
     decimal_text,
+    distinct_nodes,
     expressions,
     fold,
-    nodes,
     op,
     ringlet,
     statements,
@@ -101,7 +101,9 @@ def _reads(blocks: Iterable[Block]) -> set[str]:
     for block in blocks:
         for s in statements(block):
             for e in expressions(s):
-                found |= {n.var if isinstance(n, Get) else n.name for n in nodes(e) if isinstance(n, (Get, Local))}
+                found |= {
+                    n.var if isinstance(n, Get) else n.name for n in distinct_nodes(e) if isinstance(n, (Get, Local))
+                }
     return found
 
 
@@ -203,7 +205,7 @@ def _refuse(flat: Flat) -> None:
     if problems:
         raise DiagnosticError(list(problems.values()))
     for e in (e for block in (*flat.steps, flat.stutter) for s in statements(block) for e in expressions(s)):
-        for node in nodes(e):
+        for node in distinct_nodes(e):
             if not fits(node.type):
                 raise DiagnosticError(_too_wide(node, flat))
 
@@ -221,11 +223,11 @@ def _place(flat: Flat, name: str) -> Span | None:
 
 def _too_wide(node: Expr, flat: Flat) -> Diagnostic:
     written = flat.specification.numbers
-    for n in nodes(node):
+    for n in distinct_nodes(node):
         if isinstance(n, Const) and not fits(n.type) and n.value in written:
             message = f"`{written[n.value].text}` does not fit into the 32-bit integers of this format"
             return Diagnostic("E421", message, written[n.value], hint="write a number of 32 bits")
-    names = sorted({n.var for n in nodes(node) if isinstance(n, Get)})
+    names = sorted({n.var for n in distinct_nodes(node) if isinstance(n, Get)})
     of = f" of {', '.join(f'`{n}`' for n in names)}" if names else ""
     message = f"a calculation{of} can leave 32 bits, and the integers of this format have no more"
     place = next((p for p in (_place(flat, name) for name in names) if p is not None), None)

@@ -94,6 +94,7 @@ class _Builder:
             self.world[key.text] = self.name("table", key, f"`{key.text}`: a table of {count} numbers")
         for variable in draft.whiteboard:
             self.world[variable.name.text] = self._variable(variable, "of the whiteboard")
+        self.world |= self._knowledge(draft)
         top = [*self.world.values()]
         machines = () if isinstance(draft.machines, UnreadablePart) else draft.machines
         plants = tuple(plant for plant in draft.plants if isinstance(plant, InstanceDraft))
@@ -108,6 +109,7 @@ class _Builder:
                 given = self._arguments(instance, stubs)
                 _fill(stub, self._inside(instance.machine, given, stubs, stub))
         self.world.update(stubs)
+        self._told(draft, self.regions[0])
         for instance, _ in instances:
             self.regions.append(Region(own, self.place(instance.name.span).start, self.world))
             if isinstance(instance.machine, MachineDraft):
@@ -183,6 +185,16 @@ class _Builder:
         about += f"; declared in {place.file.rsplit('/', 1)[-1]}, line {line}"
         return self.name("variable", draft.name, about, values=kind.values)
 
+    def _knowledge(self, draft: ArrangementDraft | MachineDraft) -> dict[str, Name]:
+        """What theories say."""
+        entries = draft.knowledge
+        return {e.name.text: self.name("definition", e.name, f"`{e.name.text}`: {_said(e.file)}") for e in entries}
+
+    def _told(self, draft: ArrangementDraft | MachineDraft, region: Region) -> None:
+        """The names in what theories are told."""
+        for node in (node for entry in draft.knowledge for _, node in entry.inputs if isinstance(node, Scalar)):
+            self._read(node, region)
+
     # ---------------------------------------------------------------- machines
 
     def machine(self, draft: MachineDraft) -> None:
@@ -208,6 +220,7 @@ class _Builder:
             seen[parameter.name.text] = self.name("parameter", parameter.name, about, values=kind.values, inside=inside)
         for variable in draft.variables:
             found[variable.name.text] = self._variable(variable, "of the machine")
+        found |= self._knowledge(draft)
         states = () if isinstance(draft.states, UnreadablePart) else draft.states
         starts = [self.place(s.name.span).start for s in states]
         for state, end in zip(states, chain(starts[1:], [draft.states_at.end]), strict=False):
@@ -236,6 +249,7 @@ class _Builder:
             return  # by another instance
         self.told.add(id(draft))
         self.regions.append(region)
+        self._told(draft, region)
         states = {word: name for word, name in inside.items() if name.kind == "state"}
         for node in (draft.initial, draft.suspend):
             self._refer(node, states)
@@ -305,6 +319,10 @@ def _fill(name: Name, inside: Names) -> None:
     """What is inside of a name is known after it; until the index is made, it is a dictionary of ours."""
     assert isinstance(name.inside, dict)
     name.inside.update(inside)
+
+
+def _said(file: Scalar | None) -> str:
+    return f"what {'a theory' if file is None else file.text} says"
 
 
 def _line(span: Span) -> str:

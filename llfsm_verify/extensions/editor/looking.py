@@ -215,7 +215,7 @@ def _in_text(here: Look) -> Iterator[Offer]:
         if _COMPARED.search(before) is None:
             return
     for name in region.names.values():
-        if name.kind in ("variable", "parameter", "value", "table"):
+        if name.kind in ("variable", "parameter", "value", "definition", "table"):
             yield _offer(name)
         elif name.kind == "machine":
             yield _offer(name, order=2, insert=f"{name.word}@")

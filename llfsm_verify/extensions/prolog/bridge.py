@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import select
 import signal
 import subprocess
@@ -37,6 +38,7 @@ LONGEST = 1 << 16
 """Bytes of a line that are kept."""
 MOST_OUTPUT, MOST_LINES, MOST_WAITING = 200, 20, 100
 """Characters of a line that the program writes, and lines, which are told; lines that wait until a query ends."""
+_ABSENT = re.compile(r"source_sink `(library\(.*\))' does not exist")
 
 
 class _Ended(Exception):
@@ -74,6 +76,7 @@ class Prolog:
             self._process = subprocess.Popen(  # noqa: S603 - the user's program
                 [*COMMAND[:-3], "-g", f"{streams}, catch(llfsm_worker:serve(I, O), _, halt(2))", *COMMAND[-3:]],
                 stdin=subprocess.DEVNULL, stdout=written, stderr=written, pass_fds=(theirs, ours),
+                env={**os.environ, "LC_ALL": "C.UTF-8"},
             )  # fmt: skip
         finally:
             for descriptor in (theirs, ours, written):
@@ -155,7 +158,7 @@ class Bridge:
         try:
             self._load()
         except _Ended as why:
-            raise self._unloadable(str(why)) from None
+            raise self._unloadable(": ".join([str(why), *self._prolog.written[-1:]])) from None
 
     def _load(self) -> None:
         told = self._told
@@ -165,7 +168,7 @@ class Bridge:
         while True:
             reply = self._reply(told["patience"])
             if reply is None:
-                raise self._unloadable(f"it is not loaded after {told['patience']:g} s")
+                raise self._unloadable(f"it is not loaded within {told['patience']:g} s")
             kind, place, text = reply
             if kind == "loaded":
                 break
@@ -178,7 +181,7 @@ class Bridge:
                 "undefined": f"`{text}` is not defined",
                 "clause": f"`{text}` is a fact of the port, and has clauses",
                 "halt": "it ends Prolog by `halt`",
-            }.get(kind, " ".join(text.split()))
+            }.get(kind, _ABSENT.sub(r"`\1` is not installed, or its name is wrong", " ".join(text.split())))
             if kind == "warning":
                 self._notes.append(f"{self._at(place[0], line)}{what}")
             else:
@@ -187,7 +190,8 @@ class Bridge:
                 break
         problems = list(dict.fromkeys(problems))
         if problems:
-            more = f" (and {len(problems) - 1} more)" if problems[1:] else ""
+            others = len(problems) - 1
+            more = f" (and {others} more problem{'s' * (others > 1)} in it)" if others else ""
             raise _Unloadable(problems[0] + more)
 
     def serve(self) -> None:
@@ -255,6 +259,9 @@ class Bridge:
         found = self._value(kind, text, self._types[field])
         if found is None:
             what = "no answer" if kind == "none" else f"the answer `{text}`, which is not a value of its input"
+            if kind == "name" and self._types[field]["labels"] and text not in self._told["values"]:
+                near = next((one for one in self._types[field]["labels"] if one.lower() == text.lower()), "…")
+                what += f": add `{text}: {near}` to `values`"
             raise _Unanswered(f"{UNANSWERED if kind == 'none' else NO_VALUE}: `{field}` has {what}")
         return found
 

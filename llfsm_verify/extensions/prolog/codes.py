@@ -16,3 +16,7 @@ CODES: Final = {
     UNANSWERED: "A query of a running program has no answer: an exception, its limit, or the end of Prolog.",
     NO_VALUE: "The answer to a query of a running program is not a value of its input.",
 }
+MENDS: Final = {
+    UNANSWERED: "Correct the program, or give the query more time with `limit`; `safe` says what it is meanwhile.",
+    NO_VALUE: "Let the program answer a value of the input, or translate its atom in `values`.",
+}

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
 VALUE = "Value"
 """The variable that stands for the value of a slot or an input."""
+OPEN = "a bracket is open"
 HOLE = "\0"
 """Stands for that variable in the text of a term, and cannot be elsewhere in it."""
 LONGEST = 400
@@ -30,13 +31,17 @@ class Term:
 
     text: str
     """As Prolog reads it, with HOLE for `Value`."""
-    bare: bool
-    """Whether it has no arguments."""
+    arity: int
     variables: frozenset[str]
 
+    @property
+    def bare(self) -> bool:
+        """Whether it has no arguments."""
+        return not self.arity
+
     def asks_value(self) -> Term:
-        """The same with `Value` as its argument, where it is bare."""
-        return Term(f"{self.text}({HOLE})", False, frozenset((VALUE,))) if self.bare else self
+        """The same with `Value` as its argument; it is bare."""
+        return Term(f"{self.text}({HOLE})", 1, frozenset((VALUE,)))
 
 
 def term(text: str) -> Term:
@@ -57,7 +62,11 @@ def term(text: str) -> Term:
         raise NoTerm("it does not begin with a name")
     if tokens[rest][0] != "end":
         raise NoTerm(f"a term cannot go on with `{tokens[rest][1]}`")
-    return Term(made, rest == 1, frozenset(variables))
+    depth = arity = 0
+    for _, mark in (token for token in tokens if token[0] == "mark"):
+        depth += (mark == "(") - (mark == ")")
+        arity += depth == 1 and mark != ")"
+    return Term(made, arity, frozenset(variables))
 
 
 def _parsed(tokens: list[tuple[str, str]], at: int, variables: set[str]) -> tuple[str, int]:
@@ -72,7 +81,7 @@ def _parsed(tokens: list[tuple[str, str]], at: int, variables: set[str]) -> tupl
     at += 1
     while tokens[at] != ("mark", ")"):
         if tokens[at] not in (("mark", "("), ("mark", ",")):
-            raise NoTerm(f"a term cannot go on with `{tokens[at][1]}`" if tokens[at][1] else "a bracket is open")
+            raise NoTerm(f"a term cannot go on with `{tokens[at][1]}`" if tokens[at][1] else OPEN)
         argument, at = _parsed(tokens, at + 1, variables)
         arguments.append(argument)
     return f"{word}({', '.join(arguments)})", at + 1

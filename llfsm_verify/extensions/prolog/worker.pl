@@ -9,8 +9,6 @@
 
 serve(In, Out) :-
     set_stream(In, record_position(false)),
-    set_stream(user_output, encoding(utf8)),
-    set_stream(user_error, encoding(utf8)),
     asserta(serving(Out)),
     at_halt(halted),
     repeat,
@@ -22,7 +20,7 @@ serve(end_of_file, _, _) :- retractall(serving(_)).
 serve(load(File, Facts, Goals), _, Out) :-
     asserta(loading(Out), Ref),
     forall(nth0(N, Facts, F), (functor(F, Name, A), catch(dynamic(user:Name/A), E, unusable(Out, fact, N, E)))),
-    catch(load_files(user:File, [encoding(utf8)]), E, print_message(error, E)),
+    catch(load_files(user:File, []), E, print_message(error, E)),
     forall((member(F, Facts), catch(clause(user:F, _, C), _, fail)), (place(C, P), reply(Out, clause, P, F))),
     forall((nth0(N, Goals, G), \+ predicate_property(user:G, visible)),
            (functor(G, Name, A), unusable(Out, query, N, error(existence_error(procedure, Name/A), _)))),
@@ -84,8 +82,8 @@ told(E, Text) :-
 user:message_hook(Message, Kind, _) :-
     memberchk(Kind, [error, warning]),
     loading(Out),
-    (   Message = error(syntax_error(E), file(File, Line, Column, _))
-    ->  told(error(syntax_error(E), _), Text), Place = File-Line-Column
+    (   Message = error(syntax_error(E), file(File, Line, Before, _))
+    ->  told(error(syntax_error(E), _), Text), Column is Before + 1, Place = File-Line-Column
     ;   told(Message, Text), (source_location(File, Line) -> Place = File-Line-0 ; Place = ''-0-0)
     ),
     reply(Out, Kind, Place, Text).

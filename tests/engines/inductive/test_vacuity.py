@@ -132,3 +132,10 @@ def test_what_is_not_known_is_said() -> None:
     (result,) = lights("forbid a: [ns@GREEN] [ew@GREEN]").properties
     assert (result.vacuity.looked, result.vacuity.findings) == ("no", ())
     assert result.vacuity.reason == "not checked for vacuity: pdr explores no configurations"
+
+
+def test_edges_of_stronger_formulas_are_atoms_again() -> None:
+    arrangement = load_arrangement_text(TWO)
+    lines = parse_properties([Source("p.ltl", "one: G !(m@A && m@B)\ntwo: G (rose(go && m@A) -> go)\n")])
+    result = verify(arrangement, lines, Options(effort=1_000_000, own=(UnrolledOptions(depth=6),)), "pdr")
+    assert [p.verdict for p in result.properties] == [Verdict.HOLDS, Verdict.HOLDS]

@@ -12,15 +12,16 @@ from llfsm_verify.targets.images import image_of
 from tests.extensions.c.compiled import needs_gcc
 from tests.extensions.c.test_arrangements import walk
 from tests.knowledge.asking import asking
-from tests.quick import FRESH, examples
+from tests.knowledge.test_asking import seeds
+from tests.quick import examples
 
 
 @needs_gcc
 @pytest.mark.slow
 def test_theories_in_c() -> None:
     tally = Counter[str]()
-    for number in range(examples(60)):
-        random = Random() if FRESH else Random(number)
+    for seed in seeds(examples(60)):
+        random = Random(seed)
         try:
             arrangement = image_of(asking(random).inlined)
         except DiagnosticError:

@@ -45,6 +45,8 @@ WRONG = [
     ("file: §nowhere.pl, outputs: [n]", "E493", "there is no file `nowhere.pl`"),
     ("file: program.pl, limit: §fast, outputs: [n]", "E493", "`fast` is not a positive time"),
     ("file: program.pl, every: §0ms, outputs: [n]", "E493", "`0ms` is not a positive time"),
+    ("file: program.pl, limit: §50, outputs: [n]", "E493", "`limit: 50` has no unit"),
+    ("file: program.pl, every: §0.5, outputs: [n]", "E493", "`every: 0.5` has no unit"),
 ]
 UNUSABLE = {
     "level: '§f(X)'": (
@@ -52,7 +54,7 @@ UNUSABLE = {
         "E581",
         "`f(X)` has no `Value`, and is the query of a number or an enumerator",
     ),
-    "level: §'levl(Value)'": ("level(1).", "E581", "`levl(Value)`: Unknown procedure: levl/1"),
+    "level: §'levl(Value)'": ("level(1).", "E581", "`levl(Value)`: the program has `level/1`, and no `levl/1`"),
     "level: level": ("level(X) :- §now(X).\nlevel(X) :- member(X, [1]).", "E582", "`now/1` is not defined"),
     "level: level(Value) ": ("level(1§ :- a.", "E582", "Syntax error: "),
     "level: level(Value)": ("level(1).\n§n(0).", "E582", "`n(0)` is a fact of the port, and has clauses"),
@@ -108,6 +110,53 @@ def test_a_program_that_cannot_be_used_is_said_before_the_run(inputs: str, folde
         assert "Syntax" in why or found.span.column == 1 or program[at:].startswith("§" + found.span.text)
     else:
         assert found.span.text.strip("'") == inputs.partition(": ")[2].replace("§", "").strip("'")
+
+
+HINTS = [
+    (
+        "level(1) :- enn(_).",
+        "en(Value)",
+        "level",
+        "`enn/1` is not defined",
+        "gives `en/1`, by `en(Value)`: did you mean",
+    ),
+    ("level(1) :- few.", "few", "level", "`few/0` is not defined", "gives `few/1`, by `few`: did you mean"),
+    ("level.", "n", "level(Value)", "the program has `level/0`, and no `level/1`", "write `level`, without arguments"),
+    ("level(1).", "n", "levl(Value)", "the program has `level/1`, and no `levl/1`", "did you mean `level/1`?"),
+    (":- use_module(library(no_such)).\nlevel(1).", "n", "level", "`library(no_such)` is not installed", "install it"),
+    ("level(1)\nmore.", "n", "level", "Operator expected", "look for a missing `.` or `,`"),
+    ("level(1) :- N(_).", "n", "level", "Operator expected", "begin the name of a predicate with a small letter"),
+    ("level(1) :- not n(2).", "n", "level", "Operator expected", "write `\\+ p`"),
+    ("level(1) <- n(2).", "n", "level", "Operator expected", "write `:-`"),
+    ("level(1).\n:- repeat, fail.", "n", "level", "it is not loaded within 1 s", "by `patience`"),
+]
+"""A program, a fact, a query, what is said and the hint."""
+
+
+@needs("swipl")
+@pytest.mark.slow
+@pytest.mark.parametrize(("program", "fact", "query", "why", "hint"), HINTS)
+def test_a_program_that_cannot_be_used_gets_a_hint(
+    program: str, fact: str, query: str, why: str, hint: str, folder: Path
+) -> None:
+    (folder / "program.pl").write_text(program, encoding="utf-8")
+    patience = "1s" if "repeat" in program else "60s"
+    text = f"ports: {{p: {{kind: prolog, file: program.pl, patience: {patience}, outputs: {{n: {fact}}}, "
+    with (
+        pytest.raises(DiagnosticError) as caught,
+        bench(*declared(f"{text}inputs: {{level: {query}}}, on_failure: stale}}}}", folder)),
+    ):
+        pass
+    (found,) = caught.value.diagnostics
+    assert why in found.message and hint in (found.hint or "")
+
+
+def test_terms_without_quotes_are_told_to_have_some(folder: Path) -> None:
+    text = "ports: {p: {kind: prolog, file: program.pl, outputs: {n: f(a, Value)}}}"
+    with pytest.raises(DiagnosticError) as caught:
+        declared(text, folder)
+    assert [one.code for one in caught.value.diagnostics] == ["E581", "E032"]
+    assert "in quotes" in (caught.value.diagnostics[0].hint or "")
 
 
 def answered(made: Bench) -> bool:

@@ -91,3 +91,43 @@ def test_no_value_becomes_a_goal_and_no_name_gets_lost_on_both_ways(tmp_path: Pa
             assert answers["copy(Value)"] == text and float(answers["same(Value)"]) == float(f"{at - 9}.{at % 10}")
         assert made.said() == []
     assert sorted(path.name for path in tmp_path.iterdir()) == ["copy.pl"]
+
+
+@needs("swipl")
+@pytest.mark.slow
+def test_what_is_read_as_a_term_is_one_for_prolog(tmp_path: Path) -> None:
+    draw = random.Random(9)
+    pieces = [
+        "a",
+        "Bc",
+        "_",
+        "Value",
+        "f(",
+        "(",
+        ")",
+        ")",
+        ",",
+        ", ",
+        " ",
+        "'x y'",
+        "''''",
+        "'",
+        "-1",
+        "12",
+        ".",
+        "0'a",
+        "\n",
+        ":-",
+        "é",
+    ]
+    found = {}
+    while len(found) < 300:
+        text = draw.choice(("a", "f(", "'q'")) + "".join(draw.choice(pieces) for _ in range(draw.randrange(9)))
+        try:
+            found[text] = term(text)
+        except NoTerm:
+            continue
+    facts = [f"t({quoted(one.text.replace(HOLE, 'Value'))}, {str(one.bare).lower()})." for one in found.values()]
+    goal = "forall(t(A, B), (term_to_atom(T, A), callable(T), (B -> atom(T) ; compound(T))))"
+    goal += ", aggregate_all(count, t(_, _), N)"
+    assert swipl(tmp_path, "\n".join([*facts, f":- {goal}, write(N), nl, halt.", ":- halt(1).", ""])) == "300"

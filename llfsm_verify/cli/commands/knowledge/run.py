@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 from llfsm_verify.arrangement.files import read_source, read_stdin
 from llfsm_verify.arrangement.kinds import other_kind
 from llfsm_verify.cli.arguments import assignments
-from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.opening import COMMAND_LINE, limits_of, open_arrangement
 from llfsm_verify.cli.parser import UsageError
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
 from llfsm_verify.knowledge.compiled import compiled
+from llfsm_verify.knowledge.doubts import without_influence
 from llfsm_verify.knowledge.explaining import explained
 from llfsm_verify.knowledge.reading import read_theory
 from llfsm_verify.knowledge.tables import tables, valuation
@@ -93,7 +94,7 @@ def _equivalent(options: Namespace) -> Comparison:
 
     budget, texts = Budget(limits_of(options)), (options.left, options.right)
     if options.arrangement is not None:
-        named = next(filter(os.path.isfile, texts), None)
+        named = next((text for text in texts if text.endswith(".d") and os.path.isfile(text)), None)  # noqa: PTH113
         if named is not None or options.output:
             instead = f"write the name that `knowledge` gives to {named}" if named else "--output is for theories"
             raise UsageError(f"with --arrangement both sides are conditions of it: {instead}")
@@ -124,7 +125,9 @@ def _side(text: str, outputs: Sequence[str]) -> Known | Fragment:
 
 
 def _is_file(text: str) -> bool:
-    return os.path.isfile(text) or re.fullmatch(r"\S*\.(?:d|ya?ml)", text) is not None  # noqa: PTH113 - any text is asked
+    """A condition is no file's name, but one word may also be that."""
+    there = not text.isidentifier() and os.path.isfile(text)  # noqa: PTH113 - the text may be too long for a path
+    return there or re.fullmatch(r"\S*\.(?:d|ya?ml)", text) is not None
 
 
 def _condition(text: str) -> Fragment:
@@ -132,12 +135,15 @@ def _condition(text: str) -> Fragment:
 
 
 def _theory(path: str) -> Theory:
-    """The theory in a file. DiagnosticError: it cannot be read, has mistakes, or is a file of another kind (E019)."""
+    """The theory in a file; what no output depends on is said. DiagnosticError: it cannot be read, has mistakes, or is
+    a file of another kind (E019)."""
     source, _ = read_stdin(None) if path == "-" else read_source(path)
     other = other_kind(source, "theory")
     if other is not None:
         raise DiagnosticError(other)
-    return read_theory(source)
+    theory = read_theory(source)
+    tell(*without_influence(theory))
+    return theory
 
 
 def _outputs(theory: Theory, names: Sequence[str]) -> list[str]:

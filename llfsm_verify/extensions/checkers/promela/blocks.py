@@ -26,9 +26,9 @@ from llfsm_verify.plug import (
     Switch,
     Type,
     Var,
+    distinct_nodes,
     expressions,
     fold,
-    nodes,
     parts,
     statements,
 )
@@ -159,7 +159,7 @@ class Blocks:
         found.places.setdefault(self.step, set()).add(self._place)
 
     def _uses(self, e: Expr) -> None:
-        for node in nodes(e):
+        for node in distinct_nodes(e):
             if isinstance(node, Local):
                 self._use(node)
 
