@@ -11,6 +11,9 @@ from typing import Literal as OneOf
 
 from llfsm_verify.knowledge.theory import Literal, Theory
 
+MOST = 100
+"""Rules that are named as the cause of what became of another."""
+
 
 @dataclass(frozen=True, slots=True)
 class Fate:
@@ -22,7 +25,8 @@ class Fate:
     missing: tuple[Literal, ...] = ()
     """Of a rule that is idle: what of its body is not proved."""
     by: tuple[int, ...] = ()
-    """The rules that beat it or block it; of one that wins by its team, those that are stronger, all beaten."""
+    """The rules that beat it or block it; of one that wins by its team, those that are stronger, all beaten. Of many
+    the first MOST ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,11 +83,11 @@ def explained(theory: Theory, literal: Literal, valuation: Mapping[str, bool]) -
             if n not in applying:
                 fates.append(Fate(n, "idle", tuple(b for b in rule.body if b not in proved)))
             elif rule.proves and rule.head in proved:
-                fates.append(Fate(n, "wins", by=() if rule.head in strictly else beaten[n]))
+                fates.append(Fate(n, "wins", by=() if rule.head in strictly else beaten[n][:MOST]))
             elif beaten[n]:
-                fates.append(Fate(n, "beaten", by=beaten[n]))
+                fates.append(Fate(n, "beaten", by=beaten[n][:MOST]))
             elif rule.proves:
-                fates.append(Fate(n, "blocked", by=tuple(against[rule.head])))
+                fates.append(Fate(n, "blocked", by=tuple(against[rule.head][:MOST])))
             else:
                 fates.append(Fate(n, "blocks"))
         decisions.append(Decision(atom, sides[0] in proved, sides[1] in proved, tuple(fates)))

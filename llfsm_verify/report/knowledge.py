@@ -135,7 +135,8 @@ def _verdict(decision: Decision) -> str:
 
 def _fate(theory: Theory, fate: Fate) -> str:
     head = theory.rules[fate.rule].head
-    others = ", ".join(theory.rules[n].label or f"the rule in line {theory.rules[n].span.line}" for n in fate.by)
+    named = [theory.rules[n].label or f"the rule in line {theory.rules[n].span.line}" for n in fate.by]
+    others = ", ".join(named if len(named) < 10 else named[:8]) + " and others" * (len(named) >= 10)
     match fate.outcome:
         case "wins":
             beaten = "is beaten itself" if len(fate.by) == 1 else "are beaten themselves"

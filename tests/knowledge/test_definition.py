@@ -9,10 +9,11 @@ import pytest
 
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.knowledge.compiled import compiled
-from llfsm_verify.knowledge.explaining import Fate, explained
+from llfsm_verify.knowledge.explaining import MOST, Fate, explained
 from llfsm_verify.knowledge.reading import read_theory
 from llfsm_verify.knowledge.tables import tables, undecided, valuation
 from llfsm_verify.knowledge.theory import Literal, Theory
+from llfsm_verify.report.knowledge import Explained, report
 from tests import outside
 from tests.knowledge.theories import DEFEATER, Plain, Tags, opposite, random_theory, tags
 from tests.quick import FRESH, each, many
@@ -134,3 +135,12 @@ def test_random_theories_by_tiny_datalog() -> None:
             assert ours == proved - {name for name in proved if name.removeprefix("~") in plain.inputs}, (seed, values)
             compared += 1
     assert compared >= 2 * NUMBER
+
+
+def test_of_many_causes_the_first_ones_are_named() -> None:
+    rules = "".join(f"A{i}: a => q. B{i}: a => ~q.\n" for i in range(2000))
+    theory = read_theory(Source("wide.d", f'input {{a}}.\n{rules}output {{b q, "q"}}.'))
+    explanation = explained(theory, Literal("q"), {"a": True})
+    assert {len(fate.by) for fate in explanation.decisions[-1].fates} == {MOST}
+    lines = report(Explained(theory, (explanation,))).splitlines()
+    assert lines[-1].endswith("is blocked by A0, A1, A2, A3, A4, A5, A6, A7 and others")
