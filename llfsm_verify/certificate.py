@@ -211,6 +211,18 @@ def expression_of(term: list[object], earlier: Sequence[Expression], cells: Sequ
     raise Rejected("an expression has no such operator, or not so many operands")
 
 
+def remembered(term: Expression) -> Expression:
+    """The same, computed once for all places where it stands, as long as these cells are asked for, unchanged."""
+    last: list[tuple[Cells, int]] = []
+
+    def value(values: Cells) -> int:
+        if not last or last[0][0] is not values:
+            last[:] = [(values, term(values))]
+        return last[0][1]
+
+    return value
+
+
 def element_of(first: int, length: int, which: Expression) -> Expression:
     """An element of the array whose first cell is `first`."""
     return lambda values: values[first + inside(which(values), 0, length)]
@@ -400,11 +412,13 @@ class Program:
         self.choices = [range(word(low), word(high) + 1) for _, low, high, *_ in rows(choices)]
         self.faults = items(faults)
         code = Statements(self.ranges, self.choices, self.faults)
+        once: list[Expression] = []
         for term in rows(terms):
             code.add_term(term)
+            once.append(remembered(expression_of(term, once, self.ranges)))
         for block in items(blocks):
             code.add_block(rows(block))
-        self._read_letter(letter, code)
+        self._read_letter(letter, code, once)
         self.first_inputs = [(index(cell, self.initial), word(value)) for _, cell, value, *_ in rows(inputs)]
         self.fairness = [self._fairness_of(premise, goal) for _, premise, goal in rows(fairness)]
         self.processes = [self._process_of(ended, code.block(block)) for _, ended, block in rows(processes)]
@@ -424,10 +438,10 @@ class Program:
         self.width_in_cycle = natural(with_outputs, len(self.initial) + 1)
         self.free = free[: self.width]
 
-    def _read_letter(self, data: object, code: Statements) -> None:
+    def _read_letter(self, data: object, code: Statements, terms: Sequence[Expression]) -> None:
         """What a letter shows: the terms of the first one, and the cells of the others."""
         first, cells, cycle, stutter = fields(data, "first", "cells", "cycle", "stutter")
-        self.first_atoms = [code.term(term) for term in items(first)]
+        self.first_atoms = [terms[index(term, terms)] for term in items(first)]
         self.shown = [index(cell, self.initial) for cell in items(cells)]
         self.cycle_ends = index(cycle, self.initial)
         self.stutter = code.block(stutter)

@@ -68,6 +68,8 @@ class ProvedPasses:
                 self._gather(goal)
             like = next((goal.line for goal in held.values()), None)
             if like is not None and self._names:
+                edges = {key: f for goal in held.values() for key, f in goal.line.edges.items()}
+                like = replace(like, edges=edges)
                 lines = [stronger_line(like, f, name) for f, name in self._names.items()]
                 effort = EFFORT_ASKED if self._everything else EFFORT
                 try:

@@ -300,3 +300,9 @@ def test_a_rule_that_every_run_satisfies_is_valid(text):
     assert verify(LIGHTS, lines_of(text), replace(ALL, strict=True), engine="auto").exit_code == 1
     meant = verify(LIGHTS, lines_of("enforce t: (ew@RED ew@GREEN ew@AMBER)*"), replace(ALL, strict=True), engine="auto")
     assert meant.exit_code == 0
+
+
+def test_proofs_are_looked_at_where_only_some_have_edges() -> None:
+    lines = lines_of("one: G (car && !car -> X car)\nother: G (changed(car && !car) -> car)")
+    result = verify(LIGHTS, lines, Options(LIMITS), engine="induction")
+    assert [p.verdict for p in result.properties] == [Verdict.HOLDS, Verdict.HOLDS]
