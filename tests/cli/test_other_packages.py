@@ -135,7 +135,7 @@ def test_a_log_is_found_by_its_name_and_by_its_ending(site: Site, tmp_path: Path
         done = site.llfsm("check-recording", *given, *asked)
         assert (done.returncode, "violated" in done.stdout) == (1, True), done.stderr
     done = site.llfsm("check-recording", str(other), *asked)
-    assert "say which format the log has: --from csv, mcap, rosbag, parquet, bars" in done.stderr
+    assert "say which format the log has: --from mcap, rosbag, csv, parquet, bars" in done.stderr
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import os
 import re
 import shutil
 import sys
@@ -83,8 +84,8 @@ class Prolog(PortKind):
         times = {key: _time(report, found.get(key), key) for key in ("limit", "every")}
         timing = patience_of(report, found, what)
         home = Path(folder).resolve()
-        path = home / file.text if file is not None and "\0" not in file.text else None
-        if file is not None and (path is None or not path.is_file()):
+        path = None if file is None else home / file.text
+        if file is not None and path is not None and not os.path.isfile(path):  # noqa: PTH113 - any text is a path to it
             report.error(WRONG_PORT, f"there is no file `{file.text[:60]}`", mark(file), "name a Prolog program")
         facts = dict(_terms(report, found.get("outputs"), "fact"))
         queries = dict(_terms(report, found.get("inputs"), "query"))
@@ -96,7 +97,7 @@ class Prolog(PortKind):
             "every": None if times["every"] is None else float(times["every"]) / 1000,
             "values": dict(_texts(found.get("values"))), "patience": timing[0], "restart": timing[1],
         }  # fmt: skip
-        at = mark(found["kind"])
+        at = mark(found.get("kind", found["file"]))
         run = (sys.executable, "-P", "-m", "llfsm_verify.extensions.prolog.bridge")
 
         def start(link: Link) -> Port:

@@ -345,9 +345,20 @@ def _monitors() -> dict[str, Callable[[], tuple[object, ...]]]:
     return {"never": partial(made, "a: G !x"), "once": partial(made, "b: F (y && X x)")}
 
 
+def _theories() -> dict[str, Callable[[], tuple[object, ...]]]:
+    from llfsm_verify.knowledge.explaining import explained
+    from llfsm_verify.knowledge.reading import read_theory
+    from llfsm_verify.knowledge.theory import Literal
+    from llfsm_verify.report.knowledge import Explained
+
+    theory = read_theory(Source("q.d", 'input {a}. {} => ~q. R: a -> q. output {b q, "q"}.'))
+    found = {value: explained(theory, Literal("q"), {"a": value}) for value in (False, True)}
+    return {f"a is {value}": partial(lambda of: (Explained(theory, (of,)),), of) for value, of in found.items()}
+
+
 _SUBJECTS: Mapping[str, Callable[[], Mapping[str, Callable[[], tuple[object, ...]]]]] = MappingProxyType({
     "result": _results, "lint": _lints, "coverage": _coverages, "query": _queries, "access": _accesses,
-    "simulation": _simulations, "monitor": _monitors,
+    "simulation": _simulations, "monitor": _monitors, "knowledge": _theories,
 })  # fmt: skip
 
 

@@ -159,6 +159,9 @@ def settings_of(kind: str, folder: Path) -> Iterator[str]:
         elif kind == "process":
             said = 'echo \'{"hello": 1, "values": {"go": true}}\'; cat > /dev/null'
             yield json.dumps({"run": ["sh", "-c", said], "patience": "1min", "restart": "false"})
+        elif kind == "prolog":
+            (folder / "a.pl").write_text("go_now.\n")
+            yield "{file: a.pl, inputs: {go: go_now}, outputs: {m: m}, patience: 1min}"
         elif kind == "serial":
             master, slave = os.openpty()
             left.callback(os.close, master)
@@ -178,7 +181,7 @@ def settings_of(kind: str, folder: Path) -> Iterator[str]:
             yield f"{{host: 127.0.0.1, port: {broker.port}, qos: 1}}"
 
 
-NEEDED = {"mqtt": "mosquitto", "ros2": "cyclonedds"}
+NEEDED = {"mqtt": "mosquitto", "ros2": "cyclonedds", "prolog": "swipl"}
 
 
 @pytest.mark.slow
