@@ -167,8 +167,9 @@ def evaluate(
                 arguments = done[-count:]
                 del done[-count:]
                 kind = operation.type
-                known[id(operation)] = _held(apply(operation, [_held(a, kind) for a in arguments]), kind)
-                done.append(known[id(operation)])
+                done.append(_held(apply(operation, [_held(a, kind) for a in arguments]), kind))
+                if shared:
+                    known[id(operation)] = done[-1]
     return done.pop()
 
 

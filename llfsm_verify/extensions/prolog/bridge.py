@@ -340,7 +340,7 @@ class Bridge:
 
 
 def _fitting(kind: str, text: str, of: Mapping[str, Any]) -> Json:
-    """A value of this type; None: it is none."""
+    """The value; None: it is not of this type."""
     if of["boolean"] or of["labels"]:
         known: Mapping[str, Json] = (
             {"true": True, "false": False} if of["boolean"] else {one: one for one in of["labels"]}

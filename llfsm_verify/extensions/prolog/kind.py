@@ -121,7 +121,7 @@ class Prolog(PortKind):
 
 
 def _time(report: Report, node: Node | None, key: str) -> Fraction | None:
-    """In milliseconds; a bare number could be of milliseconds or of seconds, so it is none."""
+    """In milliseconds; a number without a unit is an error, since it could mean milliseconds or seconds."""
     text = node.text if isinstance(node, Scalar) else ""
     found = report.time(node, f"`{key}`", WRONG_PORT)
     if found is not None and node is not None and not text[-1:].isalpha():

@@ -22,7 +22,7 @@ _PLAIN = re.compile(r"[a-z][A-Za-z0-9_]*\Z", re.ASCII)
 
 
 class NoTerm(Exception):
-    """The message says why a text is none."""
+    """The message says why a text is not a term."""
 
 
 @dataclass(frozen=True, slots=True)
