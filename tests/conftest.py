@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from types import FrameType
 
@@ -51,8 +52,10 @@ def as_at_a_terminal():
 
     Python, run by our tests, writes no bytecode: where a test limits the size of files, others would read parts of it.
     pytest, run by our tests, leaves out plugins that what we compare with brings: they stumble over items of others.
+    Whiteboards are found in a folder of these tests alone: runs that were killed leave their names behind.
     """
-    with pytest.MonkeyPatch.context() as patched:
+    with tempfile.TemporaryDirectory(prefix="llfsm-") as boards, pytest.MonkeyPatch.context() as patched:
+        patched.setenv("LLFSM_WHITEBOARDS", boards)
         patched.setenv("PYTHONDONTWRITEBYTECODE", "1")
         for name in ("CI", "BUILD_NUMBER"):
             patched.delenv(name, raising=False)

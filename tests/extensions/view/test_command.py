@@ -87,8 +87,14 @@ def viewing(*words: str, **environment: str) -> Iterator[tuple[Any, str]]:
     command = [sys.executable, "-m", "llfsm_verify", "view", *words]
     server = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env={**os.environ, **environment})
     assert server.stderr is not None
+    said = list[str]()
     try:
-        yield server, next(line for line in server.stderr if line.startswith("http"))
+        for line in server.stderr:
+            said.append(line)
+            if line.startswith("http"):
+                break
+        assert said and said[-1].startswith("http"), said
+        yield server, said[-1]
     finally:
         server.kill()
         server.wait()
