@@ -1,8 +1,8 @@
 """Whether two conditions are the same: of theories and expressions over their inputs, or of atoms of an arrangement.
 
-Z3 is asked for values for which one of the two is true and the other is not. There are none: the two are equal. Values
-that it finds are brought near to those that variables begin with, and both conditions are evaluated for them without
-it, a theory by its definition; another answer there is a `Disagreement`.
+Z3 is asked for values for which one of the two is true and the other is not. If there are none, the two are equal.
+Values that it finds are brought near to those that variables begin with, and both conditions are evaluated for them
+without it, a theory by its definition; another answer there is a `Disagreement`.
 """
 
 from __future__ import annotations

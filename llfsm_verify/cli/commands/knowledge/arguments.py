@@ -27,7 +27,7 @@ APART = (
 
 def arguments(parser: Parser) -> None:
     """Add the arguments of `llfsm knowledge`."""
-    about = "Questions about theories of plausible logic (.d files), which stand behind guards."
+    about = "Ask questions about theories of plausible logic (.d files), which guards and properties use."
     parser.about(about, "\n".join(example for _, example in QUESTIONS.values()), APART)
     questions = parser.add_subparsers(dest="question", required=True, metavar="QUESTION")
     for name, (text, example) in QUESTIONS.items():
