@@ -227,8 +227,7 @@ class Explorer:
         """Go on by a portion, which ends at `found` nodes, or after `steps` steps in all."""
         tables, block = self._tables, self._tables.block
         sharing = tables.sharing()
-        size = 0 if sharing is None else sharing.chunk(tables.nodes, found, steps)
-        if sharing is None or size == 0:
+        if sharing is None or not sharing.chunk(tables.nodes, found, steps):
             self._run(found, min(self._portion, steps - block[b.SEEN_EDGES]))
         elif block[b.BATCH_COUNT]:  # a chunk begins where a batch does
             block[b.SETTLE] = 1
@@ -237,14 +236,14 @@ class Explorer:
             finally:
                 block[b.SETTLE] = 0
         else:
-            self._share(sharing, size, found, steps)
+            self._share(sharing, found, steps)
 
-    def _share(self, sharing: Sharing, size: int, found: int, steps: int) -> None:
-        """All threads expand so many nodes, or one thread those at which the others fail."""
+    def _share(self, sharing: Sharing, found: int, steps: int) -> None:
+        """All threads expand chunks of nodes, or one thread those at which they fail."""
         tables, began = self._tables, thread_time()
         tables.block[b.EXPAND] = self._native.expand_address
         tables.sound = False
-        code = sharing.expand(size, tables.nodes, found, steps)
+        code = sharing.explore(tables.nodes, found, steps)
         self._native.spend(SHARE * (thread_time() - began))
         tables.read_back()
         tables.sound = True

@@ -7,6 +7,7 @@ from array import array
 from collections.abc import Callable
 from math import gcd
 from threading import Lock, Thread
+from time import perf_counter
 
 from llfsm_verify.backends.native.code import OVERFLOW
 from llfsm_verify.backends.native.executor import NativeProgram
@@ -29,6 +30,8 @@ MOST_NUMBERS = (1 << 32) - (MOST_TASKS << s.POSITION_BITS) - 2
 """Nodes up to which there are temporary numbers behind them."""
 SPREAD_ALONE = 1 << 17
 """Slots of a table that one thread moves."""
+SECONDS = 0.03
+"""About how long signals and limits wait."""
 STRIDE, DELAY = 1, 0
 """Tests set them: see `kernels.shared_blocks`."""
 
@@ -78,12 +81,25 @@ class Sharing:
         return size // s.NODES_EACH * s.NODES_EACH if size >= FEWEST else 0
 
     @whole
-    def expand(self, size: int, nodes: VectorSet, found: int, steps: int) -> int:
-        """Expand so many nodes, beginning where a batch would begin.
+    def explore(self, nodes: VectorSet, found: int, steps: int) -> int:
+        """Expand chunk after chunk for a while, beginning where a batch would begin.
 
-        b.DONE; b.ROOM_EDGES when there is no room for the edges, or b.PORTION when one thread has to go on, and nothing
-        has changed then.
+        b.DONE when all is well; b.ROOM_EDGES when edges need more room; b.PORTION when one thread has to go on.
         """
+        end, block = perf_counter() + SECONDS, self._block
+        while perf_counter() < end:
+            size = self.chunk(nodes, found, steps)
+            if size == 0:
+                return b.PORTION
+            if block[b.WITH_EDGES] and block[b.EDGE_COUNT] + int(size * self._each) > block[b.EDGE_LIMIT]:
+                return b.ROOM_EDGES
+            code = self._expand(size, nodes, found, steps)
+            if code != b.DONE:
+                return code
+        return b.DONE
+
+    def _expand(self, size: int, nodes: VectorSet, found: int, steps: int) -> int:
+        """Expand so many nodes; where the code is not b.DONE, nothing has changed."""
         block, shared = self._block, self._shared
         tasks, count = size // s.NODES_EACH, nodes.count
         ctypes.memset(self._task_table.address, 0, tasks * s.TASK_WORDS * 8)
@@ -134,7 +150,7 @@ class Sharing:
                 if known[fault] < 0:
                     known[fault] = node
         self._each = max(1.0, sum(m.block[s.ENTRIES] for m in members) / size, steps / size)
-        self._size *= 2 if self._size < MOST_TASKS * s.NODES_EACH else 1
+        self._size = min(2 * self._size, MOST_TASKS * s.NODES_EACH)
 
     @whole
     def spread(self, nodes: VectorSet, end: int) -> int:
