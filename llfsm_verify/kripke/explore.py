@@ -56,9 +56,10 @@ class Explorer:
         chains: bool = False,
         labels: Labels | None = None,
         roots: Callable[[Layout], Iterable[bytes]] | None = None,
+        jobs: int = 1,
     ) -> None:
         """`labels`: those of the program, which is then explored by classes of inputs. `roots`: records to begin with
-        in place of the initial ones.
+        in place of the initial ones. `jobs`: threads.
 
         Raises ValueError for chains where whole cycles are observed.
         """
@@ -66,6 +67,7 @@ class Explorer:
             raise ValueError("there are no chains of whole cycles")
         self.program = program
         self.budget = budget
+        self.jobs = jobs
         self._report = report
         self.labels = labels
         explored = program if labels is None else labels.program
