@@ -9,13 +9,12 @@ from math import gcd
 from threading import Lock, Thread
 from time import perf_counter
 
-from llfsm_verify.backends.native.code import OVERFLOW
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.interrupts import whole
 from llfsm_verify.kripke.compiled import Kernels
 from llfsm_verify.kripke.kernels import blocks as b
 from llfsm_verify.kripke.kernels import shared_blocks as s
-from llfsm_verify.kripke.memory import SLOT_BYTES, Region, VectorSet
+from llfsm_verify.kripke.memory import Region, VectorSet
 
 SMALLEST = 1 << 15
 """Nodes that are known before threads are worth while."""

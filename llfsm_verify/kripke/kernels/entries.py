@@ -32,6 +32,16 @@ MODULES = {
 }
 """By kernel: the module of this package that defines it. Each kernel becomes an object file."""
 
-SHARED = ("words", "blocks", "sets", "exploration", "chains", "chain_blocks", "shared_blocks", "product_blocks", "product_store")
+SHARED = (
+    "words",
+    "blocks",
+    "sets",
+    "exploration",
+    "chains",
+    "chain_blocks",
+    "shared_blocks",
+    "product_blocks",
+    "product_store",
+)
 """Modules from which those may import: with a module's own text they decide what its kernels are, and the object files
 are named after all of that."""
