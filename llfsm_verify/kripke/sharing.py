@@ -156,14 +156,14 @@ class Sharing:
         """Move the slots of a table that has become twice as large, the last ones first; the slot before which those
         end that are left: all from `end` on have been moved.
 
-        Each round moves the last half of what is left to behind all of it. It begins with a free slot: then no vector
-        of it belongs before it.
+        Each round moves the last half of what is left to behind all of it. It begins behind a line of eight slots that
+        is not full: then no search that ends there has begun before.
         """
         table = (ctypes.c_int64 * (nodes.slots // 2)).from_address(nodes.table)
         while end > SPREAD_ALONE:
-            begin = -(-end // 2)
-            while begin < end and table[begin]:
-                begin += 1
+            begin = -(-end // 16) * 8
+            while begin < end and all(table[begin - 8 : begin]):
+                begin += 8
             self._shared[s.START], self._shared[s.MOVED_TO], self._shared[s.FAILED] = begin, end, 0
             self._all(s.SPREAD, -(-(end - begin) // s.SLOTS_EACH))
             end = begin

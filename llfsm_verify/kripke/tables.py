@@ -86,7 +86,7 @@ class Tables:
             for size in (
                 BATCH * 8 * record_words,  # 0: the batch
                 capacity * edge_bytes,  # 1: its edges
-                capacity * 16,  # 2: their hash values and labels
+                capacity * 24,  # 2: their hash values, labels and slots
                 8 * outputs * 4 + 8,  # 3: fresh, mask, two keys of letters
                 8 * b.SMALL_GROUP,  # 4: the small group
                 8 * max(1, len(program.faults)),  # 5: faults
@@ -109,6 +109,7 @@ class Tables:
             b.BROKEN_STATUS: BROKEN & 0xFFFFFFFF, b.OVERFLOW_STATUS: OVERFLOW & 0xFFFFFFFF,
             b.BATCH: batch, b.BATCH_CAPACITY: BATCH, b.EDGES: edges, b.EDGES_CAPACITY: capacity,
             b.EDGE_HASHES: prepared, b.EDGE_LABELS: prepared + 8 * capacity,
+            b.EDGE_SLOTS: prepared + 16 * capacity,
             b.SOURCE: -1, b.LEVEL_END: roots, b.CONFIGURATIONS: roots,
             b.FAULTS: faults, b.OVERFLOW: -1, b.GROUP_FIRST: small,
         }  # fmt: skip

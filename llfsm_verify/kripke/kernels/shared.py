@@ -14,7 +14,7 @@ from collections.abc import Callable
 from llfsm_verify.kripke.kernels import blocks as b
 from llfsm_verify.kripke.kernels import shared_blocks as s
 from llfsm_verify.kripke.kernels.exploration import ends_cycle
-from llfsm_verify.kripke.kernels.sets import LOW, equal, hashed
+from llfsm_verify.kripke.kernels.sets import LOW, equal, following, hashed
 from llfsm_verify.kripke.kernels.words import (
     acquired,
     added,
@@ -57,14 +57,14 @@ def known_label(block: int, thread: int, outputs: int) -> int:
         store64(key, i, load64(outputs, i) & load64(mask, i))
     h = hashed(key, words)
     table, slots, keys = load64(letters, b.SET_TABLE), load64(letters, b.SET_MASK), load64(letters, b.SET_KEYS)
-    i = shifted(h, load64(letters, b.SET_SHIFT))
+    i = first = shifted(h, load64(letters, b.SET_SHIFT))
     while True:
         slot = load64(table, i)
         if slot == 0:
             return -1
         if (slot ^ h) & ~LOW == 0 and equal(keys + ((slot & LOW) - 1) * words * 8, key, words):
             break
-        i = (i + 1) & slots
+        i = following(i, first, slots)
     label = (slot & LOW) - 1
     for i in range(words):
         store64(last, i, load64(key, i))
@@ -115,11 +115,31 @@ def met_in_group(thread: int, group: int, size: int, words: int, vector: int, h:
 
 
 @helper
+def foresee_shared(table: int, mask: int, begin: int, keys: int, first: int, h: int, words: int) -> int:
+    """What `sets.foresee` does: slots that are in use stay so, with their hash values."""
+    i = begin
+    while True:
+        slot = acquired(table, i)
+        if slot == 0:
+            return i
+        if (slot ^ h) & ~LOW == 0:
+            if slot & LOW < first:
+                prefetch(keys + ((slot & LOW) - 1) * words * 8)
+            return i
+        i = following(i, begin, mask)
+        if (i ^ begin) & 7 == 0:
+            prefetch(table + i * 8)
+            return i
+
+
+@helper
 def enter_shared(
-    table: int, mask: int, i: int, keys: int, first: int, tasks: int, thread: int, entry: int, mine: int, words: int
-) -> int:
-    """Look an entry up from slot `i` on, or enter it as the slot value `mine`, whose low half is a temporary number;
-    its PLACE, with the flag `s.WINNER` when it took a free slot. Numbers from `first` on are temporary."""
+    table: int, mask: int, begin: int, i: int, keys: int, first: int, tasks: int, thread: int, entry: int, mine: int,
+    words: int,
+) -> int:  # fmt: skip
+    """Look an entry up, or enter it as the slot value `mine`, whose low half is a temporary number; its PLACE, with the
+    flag `s.WINNER` when it took a free slot. The search begins at slot `begin`, and goes on from slot i. Numbers from
+    `first` on are temporary."""
     stride = (words + s.ENTRY_WORDS) * 8
     while True:
         slot = acquired(table, i)
@@ -144,7 +164,7 @@ def enter_shared(
                             break
                         slot = was
                     return s.PENDING | i
-        i = (i + 1) & mask
+        i = following(i, begin, mask)
 
 
 @helper
@@ -158,15 +178,15 @@ def look_up_all(shared: int, block: int, thread: int, task: int, start: int, end
         return False
     for n in range(start, end):
         h = load64(at + n * stride, words + s.HASH)
-        slot = acquired(table, shifted(h, shift))
-        if slot != 0 and (slot ^ h) & ~LOW == 0 and slot & LOW < first:
-            prefetch(keys + ((slot & LOW) - 1) * words * 8)
+        i = foresee_shared(table, mask, shifted(h, shift), keys, first, h, words)
+        store64(at + n * stride, words + s.PLACE, i)
     new, place = 0, first + (task << s.POSITION_BITS)
     for n in range(start, end):
         entry = at + n * stride
         h = load64(entry, words + s.HASH)
         mine = (h & ~LOW) | (place + n)
-        found = enter_shared(table, mask, shifted(h, shift), keys, first, tasks, thread, entry, mine, words)
+        begin, i = shifted(h, shift), load64(entry, words + s.PLACE)
+        found = enter_shared(table, mask, begin, i, keys, first, tasks, thread, entry, mine, words)
         if found & s.WINNER != 0:
             new += 1
         store64(entry, words + s.PLACE, found & ~s.WINNER)
@@ -285,9 +305,9 @@ def spread_shared(shared: int, block: int, task: int) -> None:
         slot = load64(table, n)
         if slot != 0:
             store64(table, n, 0)
-            i = shifted(slot, shift)
+            i = first = shifted(slot, shift)
             while exchanged(table, i, 0, slot) != 0:
-                i = (i + 1) & mask
+                i = following(i, first, mask)
 
 
 def work(fixed: int) -> Callable[[int], int]:
