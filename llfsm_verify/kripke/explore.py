@@ -145,6 +145,8 @@ class Explorer:
                 return
             if self._report is not None:
                 self._report(graph)
+        if graph.exhausted:
+            self._tables.end_sharing()
         graph.complete = graph.stopped is None and graph.overflow is None
         if self._cycles and graph.exhausted:
             self._count_cycles()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import weakref
 from array import array
 from collections.abc import Callable
 from math import gcd
@@ -63,6 +64,7 @@ class Sharing:
         self._threads = [_Member(kernels, self._kernel, native, self._shared, sizes, outputs, i) for i in range(jobs)]
         for member in self._threads[1:]:
             member.start()
+            weakref.finalize(self, member.close)
         self._size = 4 * FEWEST
         self._alone_until = 0
         self._each = 4.0
@@ -256,7 +258,8 @@ class _Member:
         return array("q", self._regions[5].read(0, self._regions[5].size))
 
     def close(self) -> None:
-        if self._thread is not None:
+        """End the thread, and give the memory back."""
+        if self._thread is not None and not self._closed:
             self._closed = True
             self._begin.release()
             self._thread.join()

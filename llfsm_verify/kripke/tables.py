@@ -127,6 +127,12 @@ class Tables:
             self._sharing = Sharing(self._kernels, self._native, self.block, self._jobs)
         return self._sharing
 
+    def end_sharing(self) -> None:
+        """End the threads, until there is something to explore again."""
+        if self._sharing is not None:
+            self._sharing.close()
+            self._sharing = None
+
     # -------------------------------------------------- room
 
     def make_room(self, code: int, budget: Budget) -> None:
@@ -217,8 +223,7 @@ class Tables:
             region.close()
         if self.chains is not None:
             self.chains.close()
-        if self._sharing is not None:
-            self._sharing.close()
+        self.end_sharing()
         self.nodes.close()
         self._letters.close()
         self._graph.close()
