@@ -10,6 +10,7 @@ from llfsm_verify.analysis.coverage.vectors import Unit, Vectors
 from llfsm_verify.analysis.lint.finding import LintResult
 from llfsm_verify.api.options import check_options
 from llfsm_verify.api.options import checked as checked_options
+from llfsm_verify.api.sweeping import RowState
 from llfsm_verify.arrangement.draft import (
     UNREADABLE,
     ArrangementDraft,
@@ -603,6 +604,7 @@ __all__ = [
     "Request",
     "Result",
     "Row",
+    "RowState",
     "RowWriter",
     "Sample",
     "Scalar",

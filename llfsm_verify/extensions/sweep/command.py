@@ -9,8 +9,8 @@ from pathlib import Path
 from shlex import quote
 
 from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify import SweepRow as Row
 from llfsm_verify.extensions.sweep.plan import Plan
-from llfsm_verify.extensions.sweep.rows import Row
 from llfsm_verify.extensions.sweep.sweeping import Rows, sweep
 from llfsm_verify.plug import (
     CommandParser,

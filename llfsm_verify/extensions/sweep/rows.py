@@ -6,12 +6,13 @@ import json
 import os
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import fields
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, cast, get_args
 
 from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify import SweepRow as Row
 from llfsm_verify.extensions.sweep.codes import DAMAGED_ROW, OTHER_ROWS, WRONG_RESULTS
 from llfsm_verify.extensions.sweep.plan import Combination, Plan
 from llfsm_verify.extensions.sweep.spelling import words
@@ -32,45 +33,6 @@ KINDS: Mapping[str, Any] = {
 """What stands in a line, by the fields of a row."""
 AGAIN = ("failed", "killed")
 """States of rows that are checked again, since what came between may be gone."""
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """What came of one combination."""
-
-    key: str
-    """SHA-256 (hex) of everything that decides it."""
-    values: Mapping[str, Json]
-    """By the names of columns, `arrangement` and `properties` among them."""
-    state: State
-    """`done`; or what ended it: `timeout` and `memory` are its limits, `failed` says that its files are wrong."""
-    exit_code: int
-    """As of `llfsm verify`."""
-    verdicts: Mapping[str, str] = field(default_factory=dict)
-    """`holds`, `violated` or `unknown` by property, and of `faults`."""
-    reasons: Mapping[str, str] = field(default_factory=dict)
-    """Why what is unknown is."""
-    faults: tuple[str, ...] = ()
-    """Codes of the faults that a run can end in."""
-    states: int = 0
-    """Configurations found."""
-    traces: Mapping[str, str] = field(default_factory=dict)
-    """The files of traces, by property, relative to the file of results."""
-    message: str = ""
-    """What is wrong, where it failed or was killed."""
-    seconds: float = 0.0
-    memory: int = 0
-    """The most bytes that its process had."""
-
-    @property
-    def verdict(self) -> str:
-        """In a word: `holds`, `violated`, `unknown`, `fails` (a pass that a strict check does not take), or its
-        state."""
-        if self.exit_code == 1:
-            return "violated" if "violated" in self.verdicts.values() else "fails"
-        if self.state != "done":
-            return self.state
-        return {0: "holds", 130: "interrupted"}.get(self.exit_code, "unknown")
 
 
 def row_of(combination: Combination, outcome: Outcome, traces: Mapping[str, str]) -> Row:

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
 from llfsm_verify import Diagnostic, DiagnosticError, LimitOptions
+from llfsm_verify import SweepRow as Row
 from llfsm_verify.extensions.sweep.plan import Combination, Plan, plan
 from llfsm_verify.extensions.sweep.reading import read_sweep
-from llfsm_verify.extensions.sweep.rows import ResultsFile, Row, row_of
+from llfsm_verify.extensions.sweep.rows import ResultsFile, row_of
 from llfsm_verify.extensions.sweep.serial import Serial
 from llfsm_verify.extensions.sweep.table import csv_table, json_table, properties_of, summary, text_table
 from llfsm_verify.extensions.sweep.task import Outcome, Task

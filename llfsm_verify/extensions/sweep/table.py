@@ -6,8 +6,10 @@ import csv
 import io
 import json
 from collections.abc import Mapping, Sequence
+from textwrap import wrap
 
-from llfsm_verify.extensions.sweep.rows import FAULTS, Row, row_data
+from llfsm_verify import SweepRow as Row
+from llfsm_verify.extensions.sweep.rows import FAULTS, row_data
 from llfsm_verify.extensions.sweep.spelling import words
 from llfsm_verify.plug import Json, counted, without_controls
 
@@ -39,7 +41,8 @@ def text_table(rows: Sequence[Row], numbers: Sequence[int], width: int) -> str:
     columns = [*first, *_different(asked), *last]
     if sum(2 + max(map(len, (name, *texts))) for name, texts in columns) - 2 > width:
         columns = [*first, *last, *_different({"not holding": [_not_holding(row) for row in rows]})]
-    lines = [f"In all rows: {', '.join(same)}", ""] if same and len(rows) > 1 else []
+    said = wrap(f"In all rows: {', '.join(same)}", max(width, 20)) if same and len(rows) > 1 else []
+    lines = [*said, *([""] if said else [])]
     notes = _notes(rows, numbers)
     return "\n".join(map(without_controls, [*lines, *_aligned(columns), *([""] if notes else []), *notes])) + "\n"
 
@@ -89,7 +92,7 @@ def summary(rows: Sequence[Row], wanted: int) -> str:
     counts: dict[str, int] = {}
     for row in rows:
         counts[row.verdict] = counts.get(row.verdict, 0) + 1
-    said = ", ".join(f"{number:,} {verdict}" for verdict, number in sorted(counts.items()))
+    said = ", ".join(f"{verdict} {number:,}" for verdict, number in sorted(counts.items()))
     of = "" if len(rows) == wanted else f" of {wanted:,}"
     return f"{len(rows):,}{of} {counted(wanted, 'combination').partition(' ')[2]}" + (f": {said}" if said else "")
 
