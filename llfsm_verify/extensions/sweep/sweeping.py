@@ -14,7 +14,7 @@ from llfsm_verify.extensions.sweep.reading import read_sweep
 from llfsm_verify.extensions.sweep.rows import ResultsFile, row_of
 from llfsm_verify.extensions.sweep.serial import Serial
 from llfsm_verify.extensions.sweep.table import csv_table, json_table, properties_of, summary, text_table
-from llfsm_verify.extensions.sweep.task import Outcome, Task
+from llfsm_verify.extensions.sweep.task import Outcome, Scheduler, Task
 from llfsm_verify.plug import checked_options, parse_size
 
 if TYPE_CHECKING:
@@ -160,7 +160,7 @@ def _perform(
     """Let tasks be performed; what ended that early."""
     if not left:
         return None
-    performing = Serial()
+    performing = opened(scheduler, jobs)
     try:
         performing.run(_tasks(left), take)
     except (KeyboardInterrupt, DiagnosticError) as stopped:
@@ -168,6 +168,11 @@ def _perform(
     finally:
         performing.close()
     return None
+
+
+def opened(scheduler: str | None, jobs: int | None) -> Scheduler:  # noqa: ARG001 - until there are others
+    """Who performs tasks."""
+    return Serial()
 
 
 def _tasks(left: Sequence[Combination]) -> Iterator[Task]:
