@@ -351,6 +351,9 @@ from llfsm_verify.values import Shown, Value, ValueProblem, choice_value, elemen
 from llfsm_verify.values import elements as element_texts
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES, EngineEntry, Turn
 from llfsm_verify.verification.replay import Replayed, replay_file, saved_run, schedule_of
+from llfsm_verify.verification.schedulers import SCHEDULERS
+from llfsm_verify.verification.schedulers import Lost as LostTask
+from llfsm_verify.verification.schedulers import Scheduler as TaskScheduler
 from llfsm_verify.verification.verify import verify
 from llfsm_verify.yaml.compose import compose
 from llfsm_verify.yaml.fields import Report, is_name
@@ -425,6 +428,7 @@ __all__ = [
     "RECORDING_MAGIC",
     "RECORDING_PAGE",
     "REPORTS",
+    "SCHEDULERS",
     "SCHEMAS",
     "SECONDS",
     "STATE_SLOT",
@@ -546,6 +550,7 @@ __all__ = [
     "LintResult",
     "Local",
     "LogReading",
+    "LostTask",
     "Machine",
     "MachineDraft",
     "Made",
@@ -628,6 +633,7 @@ __all__ = [
     "Table",
     "Target",
     "TargetWanted",
+    "TaskScheduler",
     "Timeline",
     "TimelineRow",
     "Trace",

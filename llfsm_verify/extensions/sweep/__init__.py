@@ -18,4 +18,8 @@ Mistakes:
 
 from __future__ import annotations
 
-ENTRIES: dict[str, tuple[object, ...]] = {}
+from llfsm_verify.plug import Entry
+
+ENTRIES = {
+    "llfsm_verify.schedulers": (Entry("processes", f"{__name__}.local:Processes", "processes of this machine"),),
+}
