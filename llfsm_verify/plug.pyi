@@ -356,6 +356,9 @@ from llfsm_verify.values import Shown, Value, ValueProblem, choice_value, elemen
 from llfsm_verify.values import elements as element_texts
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES, EngineEntry, Turn
 from llfsm_verify.verification.replay import Replayed, replay_file, saved_run, schedule_of
+from llfsm_verify.verification.schedulers import SCHEDULERS
+from llfsm_verify.verification.schedulers import Lost as LostTask
+from llfsm_verify.verification.schedulers import Scheduler as TaskScheduler
 from llfsm_verify.verification.verify import verify
 from llfsm_verify.yaml.compose import compose
 from llfsm_verify.yaml.duration import duration_ms
@@ -432,6 +435,7 @@ __all__ = [
     "RECORDING_MAGIC",
     "RECORDING_PAGE",
     "REPORTS",
+    "SCHEDULERS",
     "SCHEMAS",
     "SECONDS",
     "STATE_SLOT",
@@ -554,6 +558,7 @@ __all__ = [
     "LintResult",
     "Local",
     "LogReading",
+    "LostTask",
     "Machine",
     "MachineDraft",
     "Made",
@@ -638,6 +643,7 @@ __all__ = [
     "Table",
     "Target",
     "TargetWanted",
+    "TaskScheduler",
     "Timeline",
     "TimelineRow",
     "Trace",

@@ -33,4 +33,5 @@ ENTRIES = {
     ),
     "llfsm_verify.schemas": (Entry("sweep", f"{__name__}.reading:schema", "sweeps, `llfsm sweep`"),),
     "llfsm_verify.sweeps": (Entry("sweep", f"{__name__}.sweeping:rows_of", "combinations of a sweep file"),),
+    "llfsm_verify.schedulers": (Entry("processes", f"{__name__}.local:Processes", "processes of this machine"),),
 }

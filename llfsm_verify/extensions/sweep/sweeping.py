@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
@@ -12,9 +12,9 @@ from llfsm_verify import SweepRow as Row
 from llfsm_verify.extensions.sweep.plan import Combination, Plan, plan
 from llfsm_verify.extensions.sweep.reading import read_sweep
 from llfsm_verify.extensions.sweep.rows import ResultsFile, row_of
-from llfsm_verify.extensions.sweep.serial import Serial
+from llfsm_verify.extensions.sweep.scheduling import opened
 from llfsm_verify.extensions.sweep.table import csv_table, json_table, properties_of, summary, text_table
-from llfsm_verify.extensions.sweep.task import Outcome, Scheduler, Task
+from llfsm_verify.extensions.sweep.task import Outcome, Task
 from llfsm_verify.plug import checked_options, parse_size
 
 if TYPE_CHECKING:
@@ -157,23 +157,14 @@ def sweep(
 def _perform(
     left: Sequence[Combination], take: Callable[[Task, Outcome], None], scheduler: str | None, jobs: int | None
 ) -> BaseException | None:
-    """Let tasks be performed; what ended that early."""
+    """Let tasks be performed; what ended that early. Raises what `opened` raises."""
     if not left:
         return None
     performing = opened(scheduler, jobs)
     try:
-        performing.run(_tasks(left), take)
+        performing.run((each.task for each in left), take)
     except (KeyboardInterrupt, DiagnosticError) as stopped:
         return stopped
     finally:
         performing.close()
     return None
-
-
-def opened(scheduler: str | None, jobs: int | None) -> Scheduler:  # noqa: ARG001 - until there are others
-    """Who performs tasks."""
-    return Serial()
-
-
-def _tasks(left: Sequence[Combination]) -> Iterator[Task]:
-    return (each.task for each in left)
