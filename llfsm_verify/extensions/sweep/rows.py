@@ -56,10 +56,10 @@ def row_of(combination: Combination, outcome: Outcome, traces: Mapping[str, str]
 
 
 def row_from(data: Json) -> Row:
-    """A row as a file has it. ValueError: it is none."""
+    """A row as a file has it. ValueError: it is something else."""
     right = isinstance(data, dict) and data.keys() == KINDS.keys() and data["state"] in get_args(State)
     if not right or not all(isinstance(cast("dict[str, Json]", data)[name], kind) for name, kind in KINDS.items()):
-        raise ValueError("this is no row")
+        raise ValueError("this is not a row")
     found: dict[str, Any] = {**cast("dict[str, Any]", data)}
     found[FAULTS] = tuple(found[FAULTS])
     return Row(**found)
