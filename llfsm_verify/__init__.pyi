@@ -9,7 +9,7 @@ from llfsm_verify.api.answers import (
 from llfsm_verify.api.building import InstanceDefinition, MachineDefinition, StateDefinition, build
 from llfsm_verify.api.model import Model, load, replay
 from llfsm_verify.api.monitors import MonitorReading, MonitorSet, PropertyMonitor, WatchedSimulation
-from llfsm_verify.api.options import CheckOptions, LimitOptions, QueryOptions
+from llfsm_verify.api.options import CheckOptions, ExploreOptions, LimitOptions, QueryOptions
 from llfsm_verify.api.properties import Properties
 from llfsm_verify.api.results import CheckResult, FaultOutcome, FaultsOutcome, PropertyOutcome
 from llfsm_verify.api.running import LiveRun
@@ -41,6 +41,7 @@ __all__ = [
     "DiagnosticError",
     "Disagreement",
     "EarlyVerdict",
+    "ExploreOptions",
     "FaultOutcome",
     "FaultsOutcome",
     "InputWriter",
