@@ -9,10 +9,11 @@ from llfsm_verify.api.answers import (
 from llfsm_verify.api.building import InstanceDefinition, MachineDefinition, StateDefinition, build
 from llfsm_verify.api.model import Model, load, replay
 from llfsm_verify.api.monitors import MonitorReading, MonitorSet, PropertyMonitor, WatchedSimulation
-from llfsm_verify.api.options import CheckOptions, LimitOptions, QueryOptions
+from llfsm_verify.api.options import CheckOptions, ExploreOptions, LimitOptions, QueryOptions
 from llfsm_verify.api.properties import Properties
 from llfsm_verify.api.results import CheckResult, FaultOutcome, FaultsOutcome, PropertyOutcome
 from llfsm_verify.api.running import LiveRun
+from llfsm_verify.api.sweeping import SweepRow, SweepRows, sweep
 from llfsm_verify.api.traces import RunView, SimulatedRun, TraceView, Value
 from llfsm_verify.checking.trace import Cause, Change, Sampled, TraceStep
 from llfsm_verify.checking.verdict import EarlyVerdict, Progress, Proof, Vacuity, Verdict
@@ -40,6 +41,7 @@ __all__ = [
     "DiagnosticError",
     "Disagreement",
     "EarlyVerdict",
+    "ExploreOptions",
     "FaultOutcome",
     "FaultsOutcome",
     "InputWriter",
@@ -75,6 +77,8 @@ __all__ = [
     "Steps",
     "Structure",
     "Subscription",
+    "SweepRow",
+    "SweepRows",
     "TraceStep",
     "TraceView",
     "Update",
@@ -88,4 +92,5 @@ __all__ = [
     "build",
     "load",
     "replay",
+    "sweep",
 ]

@@ -12,10 +12,11 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar, Token
 from copy import copy
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Literal, Self
 
 DEFAULT_SHARE = 0.8
@@ -24,6 +25,8 @@ TICKS = 4096
 """Calls of `tick` for each real check."""
 DEFAULT_STEPS = 20
 """Ringlets of a simulated run where the user does not say how far it goes."""
+MOST_JOBS = 256
+"""Threads or processes at once, at most: more than there are processors only wait for each other."""
 LOOKS = 64
 """Calls of `tick` for each look at the clock, since some work between two calls takes long."""
 
@@ -230,6 +233,23 @@ def parse_size(text: str) -> int:
 def default_memory() -> int:
     """Bytes that a check may use unless its limits say otherwise."""
     return int(DEFAULT_SHARE * _physical_memory())
+
+
+def processors(groups: Path = Path("/sys/fs/cgroup"), own: Path = Path("/proc/self/cgroup")) -> int:
+    """Those that this process may use, MOST_JOBS at most: by its affinity, and on Linux by the quotas of its control
+    groups (cgroup v2), rounded up."""
+    found = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+    found = min(found, MOST_JOBS)
+    try:
+        name = next(line[3:] for line in own.read_text("utf-8").splitlines() if line.startswith("0::"))
+    except (OSError, StopIteration):
+        return found
+    group = groups / name.lstrip("/")
+    for each in (group, *group.parents[: len(group.parts) - len(groups.parts)]):
+        with suppress(OSError, ValueError):  # there is no such file, or "max": no limit
+            quota, period = map(int, (each / "cpu.max").read_text("ascii").split())
+            found = min(found, max(-(-quota // period), 1))
+    return found
 
 
 def memory_in_use() -> int:

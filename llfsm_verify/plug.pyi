@@ -8,6 +8,9 @@ from llfsm_verify.analysis.coverage.vectorfile import program_hash
 from llfsm_verify.analysis.coverage.vectors import Sequence as VectorSteps
 from llfsm_verify.analysis.coverage.vectors import Unit, Vectors
 from llfsm_verify.analysis.lint.finding import LintResult
+from llfsm_verify.api.options import check_options
+from llfsm_verify.api.options import checked as checked_options
+from llfsm_verify.api.sweeping import RowState
 from llfsm_verify.arrangement.draft import (
     UNREADABLE,
     ArrangementDraft,
@@ -25,7 +28,7 @@ from llfsm_verify.arrangement.draft import Unreadable as UnreadablePart
 from llfsm_verify.arrangement.files import read_named, read_source
 from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS, ending_of, read_arrangement
 from llfsm_verify.arrangement.formats import Given as GivenArrangement
-from llfsm_verify.arrangement.formats.data import draft_data
+from llfsm_verify.arrangement.formats.data import draft_data, node_of_data
 from llfsm_verify.arrangement.formats.reading import MACHINES, Reading, opened
 from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, NewState, Uneditable, Writer
 from llfsm_verify.arrangement.granting import policy_digest
@@ -101,6 +104,7 @@ from llfsm_verify.cli.commands.trace.arguments import steps as step_range
 from llfsm_verify.cli.drawing_format import drawing_format
 from llfsm_verify.cli.io.files import ready, ready_beside, write_whole
 from llfsm_verify.cli.io.output import Output, tell
+from llfsm_verify.cli.io.progress import StatusLine
 from llfsm_verify.cli.io.standard_error import Unhurried
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.opening import limits_of, open_draft, told
@@ -129,7 +133,7 @@ from llfsm_verify.kripke.steps import Step
 from llfsm_verify.language.scope import CALLS, IMPLICIT_SUSPEND, did_you_mean, near_names
 from llfsm_verify.language.typed import IfElse
 from llfsm_verify.language.types import decimal_text
-from llfsm_verify.limits import LimitReached, Limits, reached, tick
+from llfsm_verify.limits import LimitReached, Limits, parse_size, reached, tick
 from llfsm_verify.logic.bounds import IN_STEPS, MAX_STEPS, MAX_TICKS, repeat, step_bound
 from llfsm_verify.logic.codes import BOUND as WRONG_BOUND
 from llfsm_verify.logic.codes import EMPTY as WRONG_EMPTY
@@ -173,6 +177,7 @@ from llfsm_verify.logic.reading import GivenLines
 from llfsm_verify.logic.reading import read_source as read_properties
 from llfsm_verify.logic.rewriting.normal_form import nnf
 from llfsm_verify.logic.stamps import Stamped, Unstamped
+from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.logic.syntaxes import Syntax
 from llfsm_verify.logic.syntaxes.writing import Spelling
 from llfsm_verify.monitoring.lookup import entry_bytes
@@ -356,11 +361,13 @@ from llfsm_verify.verification.schedulers import Lost as LostTask
 from llfsm_verify.verification.schedulers import Scheduler as TaskScheduler
 from llfsm_verify.verification.verify import verify
 from llfsm_verify.yaml.compose import compose
+from llfsm_verify.yaml.duration import duration_ms
 from llfsm_verify.yaml.fields import Report, is_name
 from llfsm_verify.yaml.nodes import Mapping as MappingNode
 from llfsm_verify.yaml.nodes import Node, Scalar, Sequence, implied, mark, written
 from llfsm_verify.yaml.tables import FORMAT as FORMAT_KEY
 from llfsm_verify.yaml.tables import NUMBER, TRUTHS, ByName, Either, Field, Several, Single, Table, Words, schema_of
+from llfsm_verify.yaml.vocabulary import Vocabulary
 
 __all__ = [
     "ACTIONS",
@@ -434,6 +441,7 @@ __all__ = [
     "STATE_SLOT",
     "STRUCTURES",
     "SWITCH",
+    "SYNTAXES",
     "TARGETS",
     "TIMED",
     "TIMELINES",
@@ -601,6 +609,7 @@ __all__ = [
     "Request",
     "Result",
     "Row",
+    "RowState",
     "RowWriter",
     "Sample",
     "Scalar",
@@ -622,6 +631,7 @@ __all__ = [
     "Stamped",
     "Started",
     "StateDraft",
+    "StatusLine",
     "Step",
     "StepOutcome",
     "StepResult",
@@ -662,6 +672,7 @@ __all__ = [
     "Verdict",
     "Verified",
     "Violated",
+    "Vocabulary",
     "Wanted",
     "Watch",
     "Watched",
@@ -687,6 +698,8 @@ __all__ = [
     "branches",
     "cell_text",
     "cells_of",
+    "check_options",
+    "checked_options",
     "choice_value",
     "claim_of",
     "code_of",
@@ -708,6 +721,7 @@ __all__ = [
     "drawing_format",
     "drawing_of",
     "drawn_inputs",
+    "duration_ms",
     "duration_text",
     "edges",
     "element_names",
@@ -769,6 +783,7 @@ __all__ = [
     "near_names",
     "negation",
     "nnf",
+    "node_of_data",
     "nodes",
     "observed_outputs",
     "op",
@@ -778,6 +793,7 @@ __all__ = [
     "other_arrangement",
     "output_argument",
     "parse_properties",
+    "parse_size",
     "parts",
     "patience_of",
     "plain_text",

@@ -7,8 +7,10 @@ import io
 import os
 import resource
 import sys
+from collections.abc import Mapping
 from contextvars import copy_context
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -23,6 +25,7 @@ from llfsm_verify.limits import (
     default_memory,
     endless_budget,
     memory_in_use,
+    processors,
     reached,
     tick,
     ticking,
@@ -230,3 +233,43 @@ def test_a_container_may_have_less_memory(said: str | None, expected: int, monke
     monkeypatch.setattr(os, "sysconf", lambda name: sizes[name])
     monkeypatch.setattr(builtins, "open", opened)
     assert limits._physical_memory() == expected
+
+
+GROUP = "4:memory:/other\n0::/jobs/one\n"
+
+
+@pytest.mark.parametrize(
+    ("own", "quotas", "expected"),
+    [
+        (GROUP, {}, 8),
+        (None, {".": "100000 100000"}, 8),  # no cgroups
+        ("4:memory:/other\n", {".": "100000 100000"}, 8),  # only those of the first version
+        (GROUP, {"jobs/one": "max 100000", "jobs": "max 100000", ".": "max 100000"}, 8),
+        (GROUP, {"jobs/one": "300000 100000"}, 3),
+        (GROUP, {"jobs/one": "250000 100000", "jobs": "600000 100000"}, 3),
+        (GROUP, {"jobs/one": "800000 100000", "jobs": "200000 100000"}, 2),
+        (GROUP, {"jobs/one": "1000 100000"}, 1),
+        (GROUP, {"jobs/one": "9900000 100000"}, 8),
+        (GROUP, {"jobs/one": "broken"}, 8),
+        ("0::/\n", {".": "150000 100000", "jobs": "100000 100000"}, 2),
+    ],
+)
+def test_processors_are_those_of_the_affinity_and_of_the_quotas(
+    own: str | None, quotas: Mapping[str, str], expected: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {process, *range(8)}, raising=False)
+    for name, text in quotas.items():
+        (tmp_path / "groups" / name).mkdir(parents=True, exist_ok=True)
+        (tmp_path / "groups" / name / "cpu.max").write_text(text + "\n")
+    if own is not None:
+        (tmp_path / "own").write_text(own)
+    assert processors(tmp_path / "groups", tmp_path / "own") == expected
+
+
+def test_there_are_no_more_processors_than_jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "platform", "darwin")
+    monkeypatch.setattr(os, "cpu_count", lambda: 1000)
+    assert processors(tmp_path, tmp_path / "own") == limits.MOST_JOBS
+    monkeypatch.setattr(os, "cpu_count", lambda: None)
+    assert processors(tmp_path, tmp_path / "own") == 1

@@ -16,6 +16,7 @@ from llfsm_verify.api.monitors import MonitorSet, monitors_of
 from llfsm_verify.api.options import (
     CheckOptions,
     Draw,
+    ExploreOptions,
     LimitOptions,
     QueryOptions,
     by_input,
@@ -369,15 +370,16 @@ class Model:
         return decided()
 
     def explore(
-        self, properties: Properties = (), *, syntax: str = "llfsm", **options: Unpack[LimitOptions]
+        self, properties: Properties = (), *, syntax: str = "llfsm", **options: Unpack[ExploreOptions]
     ) -> Structure:
         """The Kripke structure (docs/kripke.md), whose letters show the atoms of `properties`.
 
         One that a limit cuts short says so in `complete` and `stopped`. Raises as `check` does, and `LimitReached`
         where what was found cannot be put together within the limits.
         """
-        limits = limits_of(checked("explore", options, LimitOptions))
-        return structure(self.wrapped, bind(self.wrapped, read_properties(properties, syntax)), budget=Budget(limits))
+        given = checked("explore", options, ExploreOptions)
+        problem = bind(self.wrapped, read_properties(properties, syntax))
+        return structure(self.wrapped, problem, budget=Budget(limits_of(given)), jobs=options.get("jobs"))
 
     @overload
     def draw(

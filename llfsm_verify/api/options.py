@@ -8,7 +8,7 @@ from typing import TypedDict, TypeVar, cast
 
 from llfsm_verify.checking.engine_option import COUNT, FLAG, SECONDS, Kind, is_count
 from llfsm_verify.checking.verdict import EarlyVerdict, Options, Progress
-from llfsm_verify.engines.explicit.options import ExplicitKeywords
+from llfsm_verify.engines.explicit.options import ExplicitKeywords, JobsKeyword
 from llfsm_verify.engines.unrolled.options import UnrolledKeywords
 from llfsm_verify.limits import Limits, parse_size
 from llfsm_verify.registry import meant
@@ -34,7 +34,11 @@ class LimitOptions(TypedDict, total=False):
     """Configurations."""
 
 
-class QueryOptions(LimitOptions, UnrolledKeywords, total=False):
+class ExploreOptions(LimitOptions, JobsKeyword, total=False):
+    """The options of `Model.explore`."""
+
+
+class QueryOptions(ExploreOptions, UnrolledKeywords, total=False):
     """The options of `Model.query`."""
 
 

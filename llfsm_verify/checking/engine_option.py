@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar, get_args
 
+from llfsm_verify.limits import MOST_JOBS
+
 if TYPE_CHECKING:
     from argparse import _ActionsContainer
 
@@ -53,6 +55,17 @@ def read_count(text: str) -> int:
     return int(digits)
 
 
+def _is_jobs(value: object) -> bool:
+    return isinstance(value, int) and is_count(value) and value <= MOST_JOBS
+
+
+def read_jobs(text: str) -> int:
+    """A number of threads or processes. ValueError."""
+    if (number := read_count(text)) > MOST_JOBS:
+        raise ValueError(f"{text[:40]} is more than {MOST_JOBS}, the largest number of jobs")
+    return number
+
+
 def read_seconds(text: str) -> float:
     """A positive number of seconds. ValueError."""
     try:
@@ -77,6 +90,7 @@ def word(read: Callable[[str], T]) -> Callable[[str], T]:
 
 
 COUNT = Kind("a whole number from 1", is_count, "N", read_count)
+JOBS = Kind(f"a whole number from 1 to {MOST_JOBS}", _is_jobs, "N", read_jobs)
 SECONDS = Kind("a positive number of seconds", _is_seconds, "SECONDS", read_seconds)
 FILE = Kind("the name of a file", lambda value: isinstance(value, Path | str) and value != "", "FILE", str)
 FLAG = Kind("True or False", lambda value: isinstance(value, bool))

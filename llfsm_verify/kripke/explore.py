@@ -26,11 +26,14 @@ from llfsm_verify.stages import stage
 
 if TYPE_CHECKING:
     from llfsm_verify.kripke.labels.labels import Labels
+    from llfsm_verify.kripke.sharing import Sharing
 
 FIRST_PORTION, LARGEST_PORTION = 1 << 12, 1 << 19
 """Steps in the first and in later calls of the kernel; the largest takes some hundredths of a second."""
 SHARE = 0.25
 """About what the steps themselves take of the time of a kernel."""
+MOST = 1 << 62
+"""Steps without a limit."""
 MAX_ROOTS = 1 << 20
 MAX_STEPS = 1 << 24
 """Steps from one configuration: inputs wider than this are not for enumeration."""
@@ -56,9 +59,11 @@ class Explorer:
         chains: bool = False,
         labels: Labels | None = None,
         roots: Callable[[Layout], Iterable[bytes]] | None = None,
+        jobs: int = 1,
     ) -> None:
         """`labels`: those of the program, which is then explored by classes of inputs. `roots`: records to begin with
-        in place of the initial ones.
+        in place of the initial ones. `jobs`: threads that explore large graphs, but for chains; nothing that is found
+        depends on their number.
 
         Raises ValueError for chains where whole cycles are observed.
         """
@@ -92,7 +97,7 @@ class Explorer:
             self.graph.stopped = "a property leaves 64-bit arithmetic in an initial configuration"
         self._kernels: Kernels = kernels()
         kept = first if self.first_letters else []
-        self._tables = Tables(self._native, self.graph, observer, self._kernels, kept, with_chains=chains)
+        self._tables = Tables(self._native, self.graph, observer, self._kernels, kept, with_chains=chains, jobs=jobs)
         self._chains = self._tables.chains
         self.witnesses = GraphWitnesses(self._native, observer, self.graph, self._chains, labels)
 
@@ -134,12 +139,14 @@ class Explorer:
                 self._goal = goal if most is None else min(goal, graph.count + most + 1 - graph.configurations)
                 if limits and self.steps > min(limits):
                     raise LimitReached(reached(min(limits), "steps"))
-                self._run(self._goal)
+                self._advance(self._goal, min(limits, default=MOST) + 1)
             except LimitReached as error:
                 graph.stopped = str(error)
                 return
             if self._report is not None:
                 self._report(graph)
+        if graph.exhausted:
+            self._tables.end_sharing()
         graph.complete = graph.stopped is None and graph.overflow is None
         if self._cycles and graph.exhausted:
             self._count_cycles()
@@ -218,12 +225,42 @@ class Explorer:
             for region in regions:
                 region.close()
 
-    def _run(self, found: int) -> None:
+    def _advance(self, found: int, steps: int) -> None:
+        """Go on by a portion, which ends at `found` nodes, or after `steps` steps in all."""
+        tables, block = self._tables, self._tables.block
+        sharing = tables.sharing()
+        if sharing is None or not sharing.chunk(tables.nodes, found, steps):
+            self._run(found, min(self._portion, steps - block[b.SEEN_EDGES]))
+        elif block[b.BATCH_COUNT]:  # a chunk begins where a batch does
+            block[b.SETTLE] = 1
+            try:
+                self._run(found, MOST)
+            finally:
+                block[b.SETTLE] = 0
+        else:
+            self._share(sharing, found, steps)
+
+    def _share(self, sharing: Sharing, found: int, steps: int) -> None:
+        """All threads expand chunks of nodes, or one thread those at which they fail."""
+        tables, began = self._tables, thread_time()
+        tables.block[b.EXPAND] = self._native.expand_address
+        tables.sound = False
+        code = sharing.explore(tables.nodes, found, steps)
+        self._native.spend(SHARE * (thread_time() - began))
+        tables.read_back()
+        tables.sound = True
+        if code == b.PORTION:
+            self._run(found, min(FIRST_PORTION, steps - tables.block[b.SEEN_EDGES]))
+        else:
+            tables.make_room(code, self.budget)
+
+    def _run(self, found: int, portion: int | None = None) -> None:
         """One call of the kernel, and what it asks for."""
         block, native, tables = self._tables.block, self._native, self._tables
         tables.sound = False
         block[b.EXPAND] = native.expand_address
-        block[b.PORTION_EDGES], block[b.STOP], block[b.FOUND_STOP] = self._portion, MAX_NODES, found
+        portion = self._portion if portion is None else portion
+        block[b.PORTION_EDGES], block[b.STOP], block[b.FOUND_STOP] = portion, MAX_NODES, found
         name = "cycles" if self._cycles else {1: "1", 2: "2"}.get(self.graph.words, "any")
         began, seen = thread_time(), block[b.SEEN_EDGES]
         code = self._kernels.run(f"{'explore' if self._chains is None else 'chains'}_{name}", ctypes.addressof(block))

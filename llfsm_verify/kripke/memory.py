@@ -7,7 +7,7 @@ from __future__ import annotations
 import ctypes
 import errno
 import mmap
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from llfsm_verify.kripke.compiled import Kernels
@@ -163,8 +163,17 @@ class VectorSet:
         return self._block[b.SET_LIMIT]
 
     @property
+    def table(self) -> int:
+        """The address of the table."""
+        return self._table.address
+
+    @property
     def table_bytes(self) -> int:
         return self.slots * SLOT_BYTES
+
+    def add(self, more: int) -> None:
+        """So many vectors more have been entered, and lie behind the others."""
+        self._block[b.SET_COUNT] += more
 
     def add_all(self, vectors: bytes) -> None:
         """Insert vectors that are pairwise different and not in the set."""
@@ -187,8 +196,9 @@ class VectorSet:
         self._block[b.REBUILD_PASSED] = PASSED_EACH * (count + self.slots)
         return self._enter(0, "enter_distinct")
 
-    def grow(self) -> None:
-        """Double the table, in place."""
+    def grow(self, spread: Callable[[VectorSet, int], int] | None = None) -> None:
+        """Double the table, in place; `spread` may move slots from the end on, and gives the slot before which those
+        end that are left."""
         old = self.slots
         kept = min(old, KEPT)
         first = Region(kept * SLOT_BYTES)
@@ -196,8 +206,8 @@ class VectorSet:
         self.slots = 2 * old
         self._table.grow(self.slots * SLOT_BYTES)
         self._place()
-        fits = True
-        for end in range(old, kept, -REBUILD_PORTION):
+        fits, left = True, old if spread is None else spread(self, old)
+        for end in range(left, kept, -REBUILD_PORTION):
             fits = fits and self._move("spread", self._table.address, max(kept, end - REBUILD_PORTION), end)
         if fits:
             ctypes.memset(self._table.address, 0, kept * SLOT_BYTES)

@@ -14,7 +14,7 @@ from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.graph import FIRST_BYTES, NUMBER_BYTES, Graph
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.kripke.memory import Region
-from llfsm_verify.limits import Budget, endless_budget
+from llfsm_verify.limits import Budget, endless_budget, processors
 from llfsm_verify.program.program import INT64_MAX, Program
 from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.semantics.lowering import lower
@@ -191,12 +191,14 @@ def structure(
     budget: Budget | None = None,
     report: Callable[[Graph], None] | None = None,
     labels: bool = True,
+    jobs: int | None = None,
 ) -> Structure:
     """Explore `arrangement`; letters show the atoms of `properties` (from `checking.problem.bind`).
 
     `budget` limits the exploration (`limits.Budget`); a structure cut short says so in `complete` and
     `stopped`. With `labels`, steps are those of classes of wide inputs (docs/kripke.md); the structure is the same
-    without, where that can be enumerated. `report` is called with the graph now and then.
+    without, where that can be enumerated. `report` is called with the graph now and then. `jobs`: threads; None: as
+    many as processors.
 
     Raises DiagnosticError where the arrangement asks for something that has no meaning, LimitReached when the
     exploration ended within `budget` and what it found cannot be put together within it, and KeyboardInterrupt.
@@ -204,7 +206,7 @@ def structure(
     atoms: Sequence[Observed] = () if properties is None else properties.atoms
     program = lower(arrangement, atoms, keep_all_bits=keep_all_bits)
     found = labels_of(program, budget or endless_budget()) if labels else None
-    explorer = Explorer(program, budget or endless_budget(), report, labels=found)
+    explorer = Explorer(program, budget or endless_budget(), report, labels=found, jobs=jobs or processors())
     try:
         explorer.explore(None)
         # The limit that cut an exploration short has been used up; what is put together then is no larger than before.

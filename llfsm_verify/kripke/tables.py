@@ -20,6 +20,7 @@ from llfsm_verify.limits import Budget, LimitReached, reached
 
 if TYPE_CHECKING:
     from llfsm_verify.kripke.chains import Chains
+    from llfsm_verify.kripke.sharing import Sharing
 
 BATCH = 64
 """Configurations expanded in one call of the step program."""
@@ -43,7 +44,7 @@ class Tables:
 
     def __init__(
         self, native: NativeProgram, graph: Graph, observer: Observer, compiled: Kernels, roots: Sequence[bytes],
-        *, with_chains: bool,
+        *, with_chains: bool, jobs: int,
     ) -> None:  # fmt: skip
         self._native = native
         self._program = native.program
@@ -63,6 +64,8 @@ class Tables:
         self._group = Region(FIRST_GROUP * GROUP_SLOT_BYTES)
         self._context = native.new_context()
         self.block = self._control_block(len(roots))
+        self._jobs = jobs
+        self._sharing: Sharing | None = None
         self.chains: Chains | None = None
         if with_chains:
             from llfsm_verify.kripke.chains import Chains
@@ -83,7 +86,7 @@ class Tables:
             for size in (
                 BATCH * 8 * record_words,  # 0: the batch
                 capacity * edge_bytes,  # 1: its edges
-                capacity * 16,  # 2: their hash values and labels
+                capacity * 24,  # 2: their hash values, labels and slots
                 8 * outputs * 4 + 8,  # 3: fresh, mask, two keys of letters
                 8 * b.SMALL_GROUP,  # 4: the small group
                 8 * max(1, len(program.faults)),  # 5: faults
@@ -97,7 +100,7 @@ class Tables:
         settings = {
             b.NODES: self.nodes.address, b.LETTERS: self._letters.address,
             b.WORDS: graph.words, b.CONFIGURATION: layout.words, b.RECORD: record_words,
-            b.CYCLE_WORD: field.place(0)[0], b.CYCLE_BIT: field.place(0)[1],
+            b.CYCLES: int(program.observe == "cycle"), b.CYCLE_WORD: field.place(0)[0], b.CYCLE_BIT: field.place(0)[1],
             b.WITH_LETTERS: int(graph.with_edges),
             b.FRESH: letters, b.LETTER_MASK: letters + 8 * outputs,
             b.LETTER_KEY: letters + 16 * outputs, b.LAST_KEY: letters + 24 * outputs, b.LAST_LABEL: -1,
@@ -106,12 +109,29 @@ class Tables:
             b.BROKEN_STATUS: BROKEN & 0xFFFFFFFF, b.OVERFLOW_STATUS: OVERFLOW & 0xFFFFFFFF,
             b.BATCH: batch, b.BATCH_CAPACITY: BATCH, b.EDGES: edges, b.EDGES_CAPACITY: capacity,
             b.EDGE_HASHES: prepared, b.EDGE_LABELS: prepared + 8 * capacity,
+            b.EDGE_SLOTS: prepared + 16 * capacity,
             b.SOURCE: -1, b.LEVEL_END: roots, b.CONFIGURATIONS: roots,
             b.FAULTS: faults, b.OVERFLOW: -1, b.GROUP_FIRST: small,
         }  # fmt: skip
         for word, value in settings.items():
             block[word] = value
         return block
+
+    # -------------------------------------------------- threads
+
+    def sharing(self) -> Sharing | None:
+        """The threads that explore together; None: there is one, or too few nodes for more."""
+        from llfsm_verify.kripke.sharing import SMALLEST, Sharing
+
+        if self._sharing is None and self._jobs > 1 and self.chains is None and self.nodes.count >= SMALLEST:
+            self._sharing = Sharing(self._kernels, self._native, self.block, self._jobs)
+        return self._sharing
+
+    def end_sharing(self) -> None:
+        """End the threads, until there is something to explore again."""
+        if self._sharing is not None:
+            self._sharing.close()
+            self._sharing = None
 
     # -------------------------------------------------- room
 
@@ -133,7 +153,7 @@ class Tables:
             raise LimitReached(f"there are more than {self.nodes.limit} nodes, more than this engine numbers")
         budget.check(self.nodes.table_bytes)
         self.sound = False
-        self.nodes.grow()
+        self.nodes.grow(None if self._sharing is None else self._sharing.spread)
 
     def _more_letters(self, budget: Budget) -> None:
         chains = self.chains
@@ -203,6 +223,7 @@ class Tables:
             region.close()
         if self.chains is not None:
             self.chains.close()
+        self.end_sharing()
         self.nodes.close()
         self._letters.close()
         self._graph.close()

@@ -22,7 +22,7 @@ def options(engine: str = "auto", **given: object) -> Options:
 def test_a_name_that_there_is_not(lights):
     with pytest.raises(TypeError, match=r"check has no option `time_out`, only timeout, .*; did you mean `timeout`\?"):
         lights.check("G p", time_out=3)
-    with pytest.raises(TypeError, match=r"query has no option `strict`, only timeout, memory, max_states, depth$"):
+    with pytest.raises(TypeError, match=r"query has no option `strict`, only timeout, .*, jobs, depth$"):
         lights.query("ns@GREEN", strict=True)
     with pytest.raises(TypeError, match="lint has no option `depth`"):
         lights.lint(depth=3)
@@ -34,7 +34,7 @@ def test_a_name_that_there_is_not(lights):
         ("timeout", 0), ("timeout", "3"), ("timeout", True), ("memory", 1.5), ("memory", "3"), ("memory", "many"),
         ("max_states", 0), ("max_states", True), ("depth", -1), ("strict", "yes"), ("vacuity", 1), ("cone", "maybe"),
         ("labels", "on"), ("traces", 0), ("accept_vacuity", "a"), ("accept_vacuity", [1]), ("checkpoint", ""),
-        ("progress", 3),
+        ("progress", 3), ("jobs", 0), ("jobs", -1), ("jobs", True), ("jobs", 1.5), ("jobs", 10**9), ("jobs", "2"),
         ("decided", 3),
     ],
 )  # fmt: skip
@@ -69,6 +69,7 @@ def test_options_become_those_of_engines():
     assert options(cone="off", compression="on", labels=False, keep_all_bits=True) == Options(
         keep_all_bits=True, own=(ExplicitOptions(cone="off", compression="on", labels=False),)
     )
+    assert options(jobs=3) == Options(own=(ExplicitOptions(jobs=3),))
     assert options(checkpoint="x", resume=True, checkpoint_every=5) == Options(
         own=(ExplicitOptions(checkpoint=Checkpointing(Path("x"), 5, True)),)
     )
@@ -82,6 +83,7 @@ def test_options_become_those_of_engines():
         ("pdr", {"traces": 2}, "`traces` is for explicit"),
         ("induction", {"labels": False}, "`labels` is for explicit"),
         ("pdr", {"cone": "on"}, "`cone` is for explicit"),
+        ("bmc", {"jobs": 2}, "`jobs` is for explicit"),
         ("bmc", {"vacuity": True}, "`vacuity` is for explicit, induction and pdr"),
         ("all", {"checkpoint": "x"}, "`checkpoint` is for explicit"),
         ("auto", {"resume": True}, "`resume` goes on from the file that the option `checkpoint` names"),
@@ -90,6 +92,17 @@ def test_options_become_those_of_engines():
 def test_options_that_do_not_go_together(engine, given, message):
     with pytest.raises(ValueError, match=message):
         options(engine, **given)
+
+
+def test_jobs_of_explorations(lights):
+    for jobs in (1, 2, 3, 256, None):
+        assert lights.check("G !(ns@GREEN && ew@GREEN)", "explicit", jobs=jobs).verdict == "holds"
+        assert lights.query("ns@GREEN", "explicit", jobs=jobs).exit_code == 0
+        assert lights.explore(jobs=jobs).complete
+    with pytest.raises(ValueError, match="the option `jobs` needs a whole number from 1 to 256, not 257"):
+        lights.explore(jobs=257)
+    with pytest.raises(ValueError, match="`jobs` is for explicit"):
+        lights.query("ns@GREEN", "pdr", jobs=2)
 
 
 def test_what_the_engine_has_nothing_against_is_taken():

@@ -22,6 +22,10 @@ CASES = {
         "--max-states is for the reachable configurations, which --local leaves alone"
     ),
     (*VERIFY, "--checkpoint", ""): "--checkpoint needs the name of a file",
+    (*VERIFY, "--jobs", "0"): "--jobs: '0' is not a whole number from 1",
+    (*VERIFY, "--jobs", "-1"): "--jobs: '-1' is not a whole number from 1",
+    (*VERIFY, "--jobs", "x"): "--jobs: 'x' is not a whole number from 1",
+    (*VERIFY, "--jobs", "1000000000"): "--jobs: 1000000000 is more than 256, the largest number of jobs",
     (*VERIFY, "--resume"): "--resume goes on from the file that --checkpoint FILE names",
     (*VERIFY, "--checkpoint-every", "9"): (
         "--checkpoint-every says how often to save to the file that --checkpoint FILE names"
@@ -73,6 +77,7 @@ CASES = {
             ("--cone off", ""),
             ("--compression off", ""),
             ("--labels off", ""),
+            ("--jobs 2", "--jobs"),
             ("--checkpoint b", "--checkpoint"),
             ("--all-steps", ""),
         )
@@ -85,6 +90,7 @@ CASES = {
             ("--checkpoint b", "--checkpoint"),
             ("--all 2", "--all"),
             ("--cone on", ""),
+            ("--jobs 2", "--jobs"),
             ("--compression on", ""),
             ("--labels off", ""),
             ("--witness", ""),

@@ -33,12 +33,14 @@ def numbers(of: VectorSet) -> list[int]:
 def is_found(of: VectorSet, vector: int, h: int) -> int | None:
     """The number of a vector, looked for as the kernels do."""
     table = array("Q", of._table.read(0, of.slots * 8))
-    i = h >> of._block[b.SET_SHIFT]
-    while table[i]:
-        number = (table[i] & 0xFFFFFFFF) - 1
-        if table[i] >> 32 == h >> 32 and int.from_bytes(of.keys.read(8 * number, 8), "little") == vector:
+    line, place = divmod(h >> of._block[b.SET_SHIFT], 8)
+    for passed in range(of.slots):
+        slot = table[(8 * (line + passed // 8) + (place + passed) % 8) % of.slots]
+        number = (slot & 0xFFFFFFFF) - 1
+        if slot == 0:
+            return None
+        if slot >> 32 == h >> 32 and int.from_bytes(of.keys.read(8 * number, 8), "little") == vector:
             return number
-        i = (i + 1) % of.slots
     return None
 
 

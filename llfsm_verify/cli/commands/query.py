@@ -13,6 +13,7 @@ from llfsm_verify.cli.io.files import ready, write_whole
 from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.opening import COMMAND_LINE, limits_of, open_arrangement
 from llfsm_verify.cli.parser import Parser, UsageError
+from llfsm_verify.engines.explicit.options import JOBS_OPTION
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.report.formats import REPORTS, Style
 from llfsm_verify.verification.engines import ENGINES
@@ -35,7 +36,7 @@ def arguments(parser: Parser) -> None:
     add("formula", metavar="FORMULA", help="a state formula, such as 'ns@GREEN && count > 3'")
     shared.syntax(parser, "how FORMULA is written")
     shared.engine(parser)
-    engine_options(parser, parser, UnrolledOptions.OPTIONS)
+    engine_options(parser, parser, (*UnrolledOptions.OPTIONS, JOBS_OPTION))
     shared.choice(parser, "--format", REPORTS.query, "how to report")
     add("--save", metavar="FILE", help="save the run there, for llfsm replay")
     shared.max_states(parser)

@@ -25,7 +25,7 @@ from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.kripke.witnesses import NoWitness
-from llfsm_verify.limits import LimitReached, memory_in_use
+from llfsm_verify.limits import LimitReached, memory_in_use, processors
 from llfsm_verify.program.program import Program
 
 if TYPE_CHECKING:
@@ -70,6 +70,7 @@ class ExplicitSession(Session):
         self._problem = given.problem
         self._options = given.options
         self._own = given.options.of(ExplicitOptions)
+        self._jobs = self._own.jobs or processors()
         self._budget = given.budget
         self._goals = given.goals
         self._tell = given.found
@@ -103,7 +104,9 @@ class ExplicitSession(Session):
         report = self._report if self._options.progress or self._own.checkpoint else None
         with_edges = bool(self._problem.properties)
         labels = self._labels(program)
-        explorer = Explorer(program, self._budget, report, with_edges=with_edges, chains=chains, labels=labels)
+        explorer = Explorer(
+            program, self._budget, report, with_edges=with_edges, chains=chains, labels=labels, jobs=self._jobs
+        )
         search = Search(explorer, self._problem, self._goals, self._tell)
         if self._large:
             search.drop_edges()
@@ -319,7 +322,8 @@ class ExplicitSession(Session):
     def _again(self, found: _Found) -> tuple[Search, Schedules]:
         """A search once more, with its edges."""
         program = found.search.explorer.program
-        explorer = Explorer(program, self._budget, chains=found.chains, labels=self._labels(program))
+        labels = self._labels(program)
+        explorer = Explorer(program, self._budget, chains=found.chains, labels=labels, jobs=self._jobs)
         return Search(explorer, self._problem, ()), Schedules(explorer, found.reduction)
 
     def watching(self, problem: Problem, nodes: int) -> Explored:
@@ -328,7 +332,7 @@ class ExplicitSession(Session):
             labels = labels_of(program, self._budget) if self._own.labels else None
         except LimitReached:
             labels = None  # the limit ends the exploration just as well
-        explorer = Explorer(program, self._budget, labels=labels)
+        explorer = Explorer(program, self._budget, labels=labels, jobs=self._jobs)
         return ExploredGraph(Search(explorer, problem, ()), Schedules(explorer), nodes)
 
     def count(self) -> None:

@@ -7,13 +7,35 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Self, TypedDict
 
-from llfsm_verify.checking.engine_option import FILE, FLAG, SECONDS, SWITCH, WHEN, EngineOption, EngineOptions, When
+from llfsm_verify.checking.engine_option import (
+    FILE,
+    FLAG,
+    JOBS,
+    SECONDS,
+    SWITCH,
+    WHEN,
+    EngineOption,
+    EngineOptions,
+    When,
+)
 
 EVERY = 60.0
 """Seconds between two saves, unless the user says something else."""
 
 
-class ExplicitKeywords(TypedDict, total=False):
+JOBS_OPTION = EngineOption(
+    "jobs", "--jobs", kind=JOBS, help="search with N threads; results are the same (default: all processors)"
+)
+
+
+class JobsKeyword(TypedDict, total=False):
+    """The option of everything that explores at length."""
+
+    jobs: int | None
+    """Threads; None: as many as the processors that this process may use. Results are the same."""
+
+
+class ExplicitKeywords(JobsKeyword, total=False):
     """The options as keywords of Python."""
 
     cone: When | None
@@ -73,6 +95,7 @@ class ExplicitOptions(EngineOptions):
             "resume", "--resume", (False,), kind=FLAG, help="continue from the checkpoint",
             part_of="checkpoint", alone="goes on from the file that {} names",
         ),
+        JOBS_OPTION,
     )  # fmt: skip
 
     cone: When = "auto"
@@ -83,6 +106,8 @@ class ExplicitOptions(EngineOptions):
     """Do not store configurations with one step only: always, never, or when the space is large and has many."""
     checkpoint: Checkpointing | None = None
     """Save the search now and then, and go on from what was saved."""
+    jobs: int | None = None
+    """Threads; None: as many as processors."""
 
     @classmethod
     def made(cls, given: Mapping[str, Any]) -> Self:

@@ -18,8 +18,20 @@ Mistakes:
 
 from __future__ import annotations
 
-from llfsm_verify.plug import Entry
+from llfsm_verify.plug import CommandEntry, Entry
 
 ENTRIES = {
+    "llfsm_verify.codes": (Entry("sweep", f"{__name__}.codes:CODES", "Sweeps"),),
+    "llfsm_verify.commands": (
+        CommandEntry(
+            name="sweep",
+            place=f"{__name__}.command:arguments",
+            about="check every combination of arrangements, values and property files",
+            group="check",
+            runs=f"{__name__}.command:run",
+        ),
+    ),
+    "llfsm_verify.schemas": (Entry("sweep", f"{__name__}.reading:schema", "sweeps, `llfsm sweep`"),),
+    "llfsm_verify.sweeps": (Entry("sweep", f"{__name__}.sweeping:rows_of", "combinations of a sweep file"),),
     "llfsm_verify.schedulers": (Entry("processes", f"{__name__}.local:Processes", "processes of this machine"),),
 }

@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
-from llfsm_verify.plug import Json
+from llfsm_verify.plug import Json, RowState
 
 ValueKind = Literal["constant", "parameter", "initial"]
-State = Literal["done", "timeout", "memory", "failed", "killed"]
+State = RowState
 
 
 @dataclass(frozen=True, slots=True)

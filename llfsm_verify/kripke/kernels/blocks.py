@@ -57,6 +57,7 @@ minus the number of bits of a slot's index."""
     EDGES_DONE,  # of them looked up
     EDGE_HASHES,  # address of their hash values, 64 bits
     EDGE_LABELS,  # address of their labels, 64 bits
+    EDGE_SLOTS,  # address of the slots where their searches go on, 64 bits
     PARENTS,  # address
     FIRST,  # address
     TARGETS,  # address
@@ -85,7 +86,7 @@ minus the number of bits of a slot's index."""
     SEEN_EDGES,  # edges processed: by these the caller judges the rate
     CHAINS,  # address of the control block of chains (`chain_blocks`); 0: there are none
     EXPLORATION_WORDS,
-) = range(61)
+) = range(62)
 
 SMALL_GROUP = 8
 """Successors of a node that are compared one by one; more of them go through the group table."""

@@ -11,7 +11,7 @@ from llfsm_verify.kripke.kernels import blocks as b
 from llfsm_verify.kripke.kernels import chain_blocks as c
 from llfsm_verify.kripke.kernels.chains import copy, only_step
 from llfsm_verify.kripke.kernels.exploration import is_new
-from llfsm_verify.kripke.kernels.sets import LOW, ask, equal, hashed, insert
+from llfsm_verify.kripke.kernels.sets import LOW, ask, equal, following, hashed, insert
 from llfsm_verify.kripke.kernels.words import expand, helper, kernel, load32, load64, shifted, store64
 
 
@@ -19,7 +19,7 @@ from llfsm_verify.kripke.kernels.words import expand, helper, kernel, load32, lo
 def is_stored(nodes: int, vector: int, h: int, words: int) -> int:
     """The number of a node; -1: the configuration is none."""
     table, mask, keys = load64(nodes, b.SET_TABLE), load64(nodes, b.SET_MASK), load64(nodes, b.SET_KEYS)
-    i = shifted(h, load64(nodes, b.SET_SHIFT))
+    i = first = shifted(h, load64(nodes, b.SET_SHIFT))
     while True:
         slot = load64(table, i)
         if slot == 0:
@@ -28,7 +28,7 @@ def is_stored(nodes: int, vector: int, h: int, words: int) -> int:
             number = (slot & LOW) - 1
             if equal(keys + number * words * 8, vector, words):
                 return number
-        i = (i + 1) & mask
+        i = following(i, first, mask)
 
 
 @helper

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from llfsm_verify.kripke.kernels import blocks as b
-from llfsm_verify.kripke.kernels.sets import AHEAD, LOW, equal, hashed
+from llfsm_verify.kripke.kernels.sets import AHEAD, LOW, equal, following, hashed
 from llfsm_verify.kripke.kernels.words import helper, kernel, load64, prefetch, shifted, store64
 
 
 @helper
 def find_free(table: int, mask: int, shift: int, keys: int, vector: int, h: int, words: int, most: int) -> int:
     """The free slot where a vector belongs; -1 when it is in the set, or there is none within `most` slots."""
-    i, passed = shifted(h, shift), 0
+    i = first = shifted(h, shift)
+    passed = 0
     slot = load64(table, i)
     while slot != 0:
         if passed == most:
@@ -18,7 +19,7 @@ def find_free(table: int, mask: int, shift: int, keys: int, vector: int, h: int,
         if (slot ^ h) & ~LOW == 0 and equal(keys + ((slot & LOW) - 1) * words * 8, vector, words):
             return -1
         passed += 1
-        i = (i + 1) & mask
+        i = following(i, first, mask)
         slot = load64(table, i)
     return i
 
@@ -39,7 +40,8 @@ def enter_distinct(block: int) -> int:
         i = find_free(table, mask, shift, keys, vector, h, words, left)
         if i < 0:
             return b.BROKEN
-        left -= (i - shifted(h, shift)) & mask
+        first = shifted(h, shift)
+        left -= (((i & ~7) - (first & ~7)) & mask) + ((i - first) & 7)
         store64(table, i, (h & ~LOW) | (n + 1))
     store64(block, b.REBUILD_PASSED, left)
     return b.DONE

@@ -12,6 +12,9 @@ MODULES = {
     "explore_2": "exploration",
     "explore_any": "exploration",
     "explore_cycles": "exploration",
+    "work_1": "shared",
+    "work_2": "shared",
+    "work_any": "shared",
     "cycle_pairs": "cycles",
     "chains_1": "chains",
     "chains_2": "chains",
@@ -29,6 +32,16 @@ MODULES = {
 }
 """By kernel: the module of this package that defines it. Each kernel becomes an object file."""
 
-SHARED = ("words", "blocks", "sets", "exploration", "chains", "chain_blocks", "product_blocks", "product_store")
+SHARED = (
+    "words",
+    "blocks",
+    "sets",
+    "exploration",
+    "chains",
+    "chain_blocks",
+    "shared_blocks",
+    "product_blocks",
+    "product_store",
+)
 """Modules from which those may import: with a module's own text they decide what its kernels are, and the object files
 are named after all of that."""

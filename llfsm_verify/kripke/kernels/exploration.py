@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from llfsm_verify.kripke.kernels import blocks as b
-from llfsm_verify.kripke.kernels.sets import LOW, enter, hashed, insert
+from llfsm_verify.kripke.kernels.sets import enter, foresee, hashed, insert
 from llfsm_verify.kripke.kernels.words import (
     expand,
     helper,
@@ -203,7 +203,9 @@ def exploration(
         table, mask, shift = load64(nodes, b.SET_TABLE), load64(nodes, b.SET_MASK), load64(nodes, b.SET_SHIFT)
         keys, known = load64(nodes, b.SET_KEYS), load64(nodes, b.SET_COUNT)
         edges, edge_bytes, body_at = load64(block, b.EDGES), load64(block, b.EDGE_BYTES), load64(block, b.EDGE_BODY)
-        hashes, labels = load64(block, b.EDGE_HASHES), load64(block, b.EDGE_LABELS)
+        hashes, labels, slots = (
+            load64(block, b.EDGE_HASHES), load64(block, b.EDGE_LABELS), load64(block, b.EDGE_SLOTS)
+        )  # fmt: skip
         done, count = load64(block, b.EDGES_DONE), load64(block, b.EDGES_COUNT)
         base, parents = load64(block, b.EXPANDED), load64(block, b.PARENTS)
         first, edge_targets, edge_labels = load64(block, b.FIRST), load64(block, b.TARGETS), load64(block, b.LABELS)
@@ -218,9 +220,7 @@ def exploration(
             prefetch(table + shifted(load64(hashes, n), shift) * 8)
         for n in range(done, count):
             h = load64(hashes, n)
-            slot = load64(table, shifted(h, shift))
-            if slot != 0 and (slot ^ h) & ~LOW == 0:
-                prefetch(keys + ((slot & LOW) - 1) * words * 8)
+            store64(slots, n, foresee(table, mask, shifted(h, shift), keys, h, words))
         for n in range(done, count):
             edge = edges + n * edge_bytes
             source = base + load32(edge, b.EDGE_SOURCE)
@@ -245,7 +245,8 @@ def exploration(
                     store64(load64(block, b.FAULTS), status - 1, source)
                 continue
             label = load64(labels, n)
-            target = enter(table, mask, shift, keys, known, edge + body_at, load64(hashes, n), words)
+            h = load64(hashes, n)
+            target = enter(table, mask, shifted(h, shift), load64(slots, n), keys, known, edge + body_at, h, words)
             if target == known:
                 known += 1
                 store32(parents, target, source)

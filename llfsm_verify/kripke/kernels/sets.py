@@ -1,7 +1,8 @@
 """Exact sets of vectors of 64-bit words, numbered in the order of insertion.
 
-Open addressing with linear probing. A slot is 64 bits: 1 + the number in the low half (0: free) and the high half of
-the hash value, so that vectors are compared only when they are very likely equal. A vector's slot is given by the
+Open addressing: a search looks at the eight slots of a cache line, then at those of the next one (`following`), since
+another line is another wait for memory. A slot is 64 bits: 1 + the number in the low half (0: free) and the high half
+of the hash value, so that vectors are compared only when they are very likely equal. A vector's slot is given by the
 highest bits of its hash value: the slots of a table twice as large are then in the same order, and a table is spread
 out in place by a walk that misses no cache and touches no fresh memory but the new half. Vectors lie one behind the
 other in the order of their numbers, which is also the queue of a breadth-first search.
@@ -42,9 +43,37 @@ def equal(a: int, b: int, words: int) -> bool:
 
 
 @helper
-def enter(table: int, mask: int, shift: int, keys: int, count: int, vector: int, h: int, words: int) -> int:
-    """The number of a vector in a set of `count`: `count` when it is new; then it is there. There must be room."""
-    i = shifted(h, shift)
+def following(i: int, first: int, mask: int) -> int:
+    """The slot at which a search that began at `first` looks after slot i."""
+    i = (i & ~7) | (i + 1) & 7
+    return i if (i ^ first) & 7 else (i + 8) & mask
+
+
+@helper
+def foresee(table: int, mask: int, first: int, keys: int, h: int, words: int) -> int:
+    """The slot up to which a search for hash value `h` passes only other ones; what it needs there is asked for."""
+    i = first
+    while True:
+        slot = load64(table, i)
+        if slot == 0:
+            return i
+        if (slot ^ h) & ~LOW == 0:
+            prefetch(keys + ((slot & LOW) - 1) * words * 8)
+            return i
+        i = following(i, first, mask)
+        if (i ^ first) & 7 == 0:
+            prefetch(table + i * 8)
+            return i
+
+
+@helper
+def enter(
+    table: int, mask: int, first: int, i: int, keys: int, count: int, vector: int, h: int, words: int
+) -> int:  # fmt: skip
+    """The number of a vector in a set of `count`: `count` when it is new; then it is there. There must be room.
+
+    The search begins at slot `first`, and goes on from slot i.
+    """
     while True:
         slot = load64(table, i)
         if slot == 0:
@@ -56,7 +85,7 @@ def enter(table: int, mask: int, shift: int, keys: int, count: int, vector: int,
             number = (slot & LOW) - 1
             if equal(keys + number * words * 8, vector, words):
                 return number
-        i = (i + 1) & mask
+        i = following(i, first, mask)
 
 
 @helper
@@ -64,7 +93,8 @@ def insert(block: int, vector: int, h: int, words: int) -> int:
     """The number of a vector; the caller sees that it is new from the count. There must be room."""
     table, mask, keys = load64(block, b.SET_TABLE), load64(block, b.SET_MASK), load64(block, b.SET_KEYS)
     count = load64(block, b.SET_COUNT)
-    number = enter(table, mask, load64(block, b.SET_SHIFT), keys, count, vector, h, words)
+    first = shifted(h, load64(block, b.SET_SHIFT))
+    number = enter(table, mask, first, first, keys, count, vector, h, words)
     if number == count:
         store64(block, b.SET_COUNT, count + 1)
     return number
@@ -85,9 +115,9 @@ def rebuild(block: int) -> int:
         if n + AHEAD < end:
             prefetch(table + shifted(hashed(keys + (n + AHEAD) * words * 8, words), shift) * 8)
         h = hashed(keys + n * words * 8, words)
-        i = shifted(h, shift)
+        i = first = shifted(h, shift)
         while load64(table, i) != 0:
-            i = (i + 1) & mask
+            i = following(i, first, mask)
         store64(table, i, (h & ~LOW) | (n + 1))
     return b.DONE
 
@@ -100,9 +130,9 @@ def rehash(block: int) -> int:
     for n in range(load64(block, b.REHASH_START), load64(block, b.REHASH_END)):
         slot = load64(old, n)
         if slot != 0:
-            i = shifted(slot, shift)
+            i = first = shifted(slot, shift)
             while load64(table, i) != 0:
-                i = (i + 1) & mask
+                i = following(i, first, mask)
             store64(table, i, slot)
     return b.DONE
 
@@ -111,8 +141,8 @@ def rehash(block: int) -> int:
 def spread(block: int) -> int:
     """Move slots, the last one first, to where they belong in a table that has become twice as large in place.
 
-    A slot goes to behind where it was, into what has been moved already: b.BROKEN when one does not, because it stood
-    too far behind where its search begins. Then the table has to be made anew.
+    A slot goes to a line behind where it was, into what has been moved already: b.BROKEN when one does not, because it
+    stood too far behind where its search begins. Then the table has to be made anew.
     """
     table, mask, shift = load64(block, b.REHASH_TABLE), load64(block, b.REHASH_MASK), load64(block, b.REHASH_SHIFT)
     start, end = load64(block, b.REHASH_START), load64(block, b.REHASH_END)
@@ -120,11 +150,11 @@ def spread(block: int) -> int:
         n = end - 1 - back
         slot = load64(table, n)
         if slot != 0:
-            i = shifted(slot, shift)
-            if i <= n:
+            i = first = shifted(slot, shift)
+            if i <= n | 7:
                 return b.BROKEN
             store64(table, n, 0)
             while load64(table, i) != 0:
-                i = (i + 1) & mask
+                i = following(i, first, mask)
             store64(table, i, slot)
     return b.DONE

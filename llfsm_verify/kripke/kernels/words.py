@@ -85,6 +85,41 @@ def _prefetch(typing_context: Any, address: Any) -> Any:
 
 
 @intrinsic
+def _acquired(typing_context: Any, address: Any, index: Any) -> Any:
+    """A word that another thread may change; what that thread wrote before it is there as well."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        start = builder.inttoptr(arguments[0], _WORD.as_pointer())
+        return builder.load_atomic(builder.gep(start, [arguments[1]]), "acquire", 8)
+
+    return types.int64(types.int64, types.int64), generate
+
+
+@intrinsic
+def _added(typing_context: Any, address: Any, index: Any, value: Any) -> Any:
+    """Add to a word that several threads change; what it was before."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        start = builder.inttoptr(arguments[0], _WORD.as_pointer())
+        return builder.atomic_rmw("add", builder.gep(start, [arguments[1]]), arguments[2], "acq_rel")
+
+    return types.int64(types.int64, types.int64, types.int64), generate
+
+
+@intrinsic
+def _exchanged(typing_context: Any, address: Any, index: Any, expected: Any, value: Any) -> Any:
+    """Put a value into a word if it is as expected; what it was before."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        start = builder.inttoptr(arguments[0], _WORD.as_pointer())
+        place = builder.gep(start, [arguments[1]])
+        pair = builder.cmpxchg(place, arguments[2], arguments[3], "acq_rel", "acquire")
+        return builder.extract_value(pair, 0)
+
+    return types.int64(types.int64, types.int64, types.int64, types.int64), generate
+
+
+@intrinsic
 def _shifted(typing_context: Any, value: Any, places: Any) -> Any:
     """A logical shift to the right."""
 
@@ -109,4 +144,7 @@ def _expand(
 
 prefetch = cast(Callable[[int], None], _prefetch)
 shifted = cast(Callable[[int, int], int], _shifted)
+acquired = cast(Load, _acquired)
+added = cast(Callable[[int, int, int], int], _added)
+exchanged = cast(Callable[[int, int, int, int], int], _exchanged)
 expand = cast(Callable[[int, int, int, int, int, int], int], _expand)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from llfsm_verify.cli import arguments as shared
 from llfsm_verify.cli.parser import Parser
+from llfsm_verify.engines.explicit.options import JOBS_OPTION
 from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
 from llfsm_verify.registry import Choices
 
@@ -25,6 +26,7 @@ def arguments(parser: Parser) -> None:
     shared.output(parser)
     shared.max_states(parser, "end the exploration after N configurations")
     shared.memory_and_timeout(parser, "end it")
+    JOBS_OPTION.add_to(parser)
     add("--keep-all-bits", action="store_true", help="keep entered flags that cannot matter any more")
     add("--partial", action="store_true", help="write what a limit has cut short, marked as such")
     add("--large", action="store_true", help="draw more than 300 configurations")

@@ -142,6 +142,7 @@ def _explore(arrangement: Arrangement, problem: Problem, options: Namespace, bud
             keep_all_bits=options.keep_all_bits,
             budget=budget,
             report=report if line.shown else None,
+            jobs=options.jobs,
         )
 
 

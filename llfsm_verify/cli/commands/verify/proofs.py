@@ -80,6 +80,7 @@ def _unused(options: Namespace) -> dict[str, bool]:
         f"--cone {options.cone}": options.cone != "auto",
         f"--compression {options.compression}": options.compression != "auto",
         "--labels off": options.labels == "off",
+        "--jobs": options.jobs is not None,
         "--checkpoint": options.checkpoint is not None,
         "--all-steps": options.all_steps,
     }
