@@ -153,7 +153,6 @@ class Sharing:
         self._each = max(1.0, sum(m.block[s.ENTRIES] for m in members) / size, steps / size)
         self._size = min(2 * self._size, MOST_TASKS * s.NODES_EACH)
 
-    @whole
     def spread(self, nodes: VectorSet, end: int) -> int:
         """Move the slots of a table that has become twice as large, the last ones first; the slot before which those
         end that are left: all from `end` on have been moved.

@@ -324,7 +324,7 @@ class _Reader:
     # ------------------------------------------------------------ the rest
 
     def _exclusions(self, node: Node, axes: list[Axis]) -> tuple[Exclusion, ...]:
-        known = {axis.name: axis for axis in axes} | {"arrangements": axes[0]}
+        known = {"arrangements" if axis is axes[0] else axis.name: axis for axis in axes}
         found: list[Exclusion] = []
         items = self.report.sequence(node, "`exclude`")
         for item in () if items is None else items.items:
@@ -333,7 +333,7 @@ class _Reader:
             for key, inner in () if mapping is None else mapping.items:
                 axis = known.get(key.text)
                 if axis is None:
-                    hint = did_you_mean(key.text, known) or f"what is varied: {', '.join(dict.fromkeys(known))}"
+                    hint = did_you_mean(key.text, known) or f"what is varied: {', '.join(known)}"
                     message = f"an exclusion names `{key.text[:60]}`, which this sweep does not vary"
                     self.report.error(WRONG_EXCLUSION, message, mark(key), hint)
                     continue

@@ -56,10 +56,10 @@ def row_of(combination: Combination, outcome: Outcome, traces: Mapping[str, str]
 
 
 def row_from(data: Json) -> Row:
-    """A row as a file has it. ValueError: it is none."""
+    """A row as a file has it. ValueError: it is something else."""
     right = isinstance(data, dict) and data.keys() == KINDS.keys() and data["state"] in get_args(State)
     if not right or not all(isinstance(cast("dict[str, Json]", data)[name], kind) for name, kind in KINDS.items()):
-        raise ValueError("this is no row")
+        raise ValueError("this is not a row")
     found: dict[str, Any] = {**cast("dict[str, Any]", data)}
     found[FAULTS] = tuple(found[FAULTS])
     return Row(**found)
@@ -126,7 +126,7 @@ class ResultsFile:
             return
         source, lines = Source(str(self.path), text), text.splitlines(keepends=True)
         if not _is_head(lines[0]):
-            raise self._wrong("this is not a file of results of a sweep", "name another file, or remove it")
+            raise self._wrong("this is not a file of results of a sweep", "name another file")
         wanted = {each.task.key for each in plan.combinations}
         meant = {words(dict(each.values)) for each in plan.combinations}
         there = others = 0
@@ -137,18 +137,20 @@ class ResultsFile:
                 row = row_from(json.loads(line))
             except ValueError:
                 message = "this line cannot be read, so its combination is checked again"
-                self.warnings.append(Diagnostic(DAMAGED_ROW, message, Span(source, start, at - 1)))
+                hint = "leave files of results as they are while a sweep runs"
+                self.warnings.append(Diagnostic(DAMAGED_ROW, message, Span(source, start, at - 1), hint=hint))
                 continue
             there, others = there + 1, others + (words(dict(row.values)) not in meant)
             files = (self.path.parent / file for file in row.traces.values())
             if row.key in wanted and row.state not in AGAIN and all(file.is_file() for file in files):
                 self.known[row.key] = row
         if there and others == there:
-            hint = "name another file, or remove it"
+            hint = "name another file, or remove this one"
             raise self._wrong(f"this file has {counted(there, 'row')}, none of a combination of this sweep", hint)
         if others:
             message = f"{counted(others, 'row')} of combinations that this sweep has not: left out from now on"
-            self.warnings.append(Diagnostic(OTHER_ROWS, message, file=str(self.path)))
+            hint = "give each sweep a file of its own with --results"
+            self.warnings.append(Diagnostic(OTHER_ROWS, message, hint=hint, file=str(self.path)))
 
     def _wrong(self, message: str, hint: str = "name a file in a folder that can be written") -> DiagnosticError:
         return DiagnosticError(Diagnostic(WRONG_RESULTS, message, hint=hint, file=str(self.path)))

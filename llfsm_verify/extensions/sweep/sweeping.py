@@ -104,6 +104,8 @@ def rows_of(
     memory: int | str | None,
 ) -> Rows:
     """What `llfsm_verify.sweep` gives, and raises."""
+    if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1):
+        raise ValueError(f"`jobs` is a whole number from 1, not {jobs!r}")
     limits = {"timeout": timeout, "memory": memory}
     checked_options("sweep", limits, LimitOptions)
     size = parse_size(memory) if isinstance(memory, str) else memory
