@@ -13,6 +13,7 @@ from llfsm_verify.api.options import CheckOptions, ExploreOptions, LimitOptions,
 from llfsm_verify.api.properties import Properties
 from llfsm_verify.api.results import CheckResult, FaultOutcome, FaultsOutcome, PropertyOutcome
 from llfsm_verify.api.running import LiveRun
+from llfsm_verify.api.sweeping import SweepRow, SweepRows, sweep
 from llfsm_verify.api.traces import RunView, SimulatedRun, TraceView, Value
 from llfsm_verify.checking.trace import Cause, Change, Sampled, TraceStep
 from llfsm_verify.checking.verdict import EarlyVerdict, Progress, Proof, Vacuity, Verdict
@@ -76,6 +77,8 @@ __all__ = [
     "Steps",
     "Structure",
     "Subscription",
+    "SweepRow",
+    "SweepRows",
     "TraceStep",
     "TraceView",
     "Update",
@@ -89,4 +92,5 @@ __all__ = [
     "build",
     "load",
     "replay",
+    "sweep",
 ]

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import pytest
 
+from llfsm_verify.api.sweeping import SWEEPS
 from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS
 from llfsm_verify.arrangement.formats.reading import MACHINES, POLICIES
 from llfsm_verify.automata.files import AUTOMATA
@@ -35,7 +36,7 @@ ALL: dict[str, Registry[object]] = {
     "logs": LOGS, "machines": MACHINES, "models": MODELS, "monitors": REPORTS.monitor,
     "simulations": REPORTS.simulation, "oracles": ORACLES, "panels": PANELS, "policies": POLICIES, "ports": PORTS,
     "queries": REPORTS.query, "readings": READINGS, "results": REPORTS.result, "schemas": SCHEMAS,
-    "structures": STRUCTURES, "syntaxes": TABLES, "timelines": TIMELINES, "writers": WRITERS,
+    "structures": STRUCTURES, "sweeps": SWEEPS, "syntaxes": TABLES, "timelines": TIMELINES, "writers": WRITERS,
 }  # fmt: skip
 
 

@@ -116,6 +116,7 @@ MODULES = {
     "cobs": "cobs",
     "cvc5": "cvc5",
     "cyclonedds": "cyclonedds",
+    "distributed": "distributed",
     "import-linter": "importlinter",
     "mkdocs-material": "material",
     "mkdocstrings": "mkdocstrings",

@@ -145,6 +145,8 @@ class Explorer:
                 return
             if self._report is not None:
                 self._report(graph)
+        if graph.exhausted:
+            self._tables.end_sharing()
         graph.complete = graph.stopped is None and graph.overflow is None
         if self._cycles and graph.exhausted:
             self._count_cycles()
@@ -240,13 +242,8 @@ class Explorer:
 
     def _share(self, sharing: Sharing, found: int, steps: int) -> None:
         """All threads expand chunks of nodes, or one thread those at which they fail."""
-        tables, began = self._tables, thread_time()
-        tables.block[b.EXPAND] = self._native.expand_address
-        tables.sound = False
-        code = sharing.explore(tables.nodes, found, steps)
-        self._native.spend(SHARE * (thread_time() - began))
-        tables.read_back()
-        tables.sound = True
+        tables = self._tables
+        code = self._call(lambda: sharing.explore(tables.nodes, found, steps))
         if code == b.PORTION:
             self._run(found, min(FIRST_PORTION, steps - tables.block[b.SEEN_EDGES]))
         else:
@@ -254,24 +251,36 @@ class Explorer:
 
     def _run(self, found: int, portion: int | None = None) -> None:
         """One call of the kernel, and what it asks for."""
-        block, native, tables = self._tables.block, self._native, self._tables
-        tables.sound = False
-        block[b.EXPAND] = native.expand_address
+        block, tables = self._tables.block, self._tables
         portion = self._portion if portion is None else portion
         block[b.PORTION_EDGES], block[b.STOP], block[b.FOUND_STOP] = portion, MAX_NODES, found
-        name = "cycles" if self._cycles else {1: "1", 2: "2"}.get(self.graph.words, "any")
-        began, seen = thread_time(), block[b.SEEN_EDGES]
-        code = self._kernels.run(f"{'explore' if self._chains is None else 'chains'}_{name}", ctypes.addressof(block))
-        native.spend(SHARE * (thread_time() - began))
+        words = "cycles" if self._cycles else {1: "1", 2: "2"}.get(self.graph.words, "any")
+        name, seen = f"{'explore' if self._chains is None else 'chains'}_{words}", block[b.SEEN_EDGES]
+        code = self._call(lambda: self._kernels.run(name, ctypes.addressof(block)))
         if block[b.SEEN_EDGES] - seen >= self._portion:
             self._portion = min(2 * self._portion, LARGEST_PORTION)
-        tables.read_back()
-        if code == b.BROKEN or (self.labels is not None and self.labels.unknown in self.graph.faults):
-            raise BrokenProgramError(self.program.name)
-        tables.sound = True  # limits are looked at before anything is changed
         if block[b.SOURCE_EDGES] > MAX_STEPS:
             raise LimitReached(self._too_many_steps())
         tables.make_room(code, self.budget)
+
+    def _call(self, run: Callable[[], int]) -> int:
+        """Let kernels run, and read back what they have found. Limits are looked at before anything is changed."""
+        tables, began = self._tables, thread_time()
+        tables.block[b.EXPAND] = self._native.expand_address
+        tables.sound = False
+        try:
+            code = run()
+        except KeyboardInterrupt:  # raised when the kernel has returned, or before
+            tables.read_back()
+            tables.sound = True
+            raise
+        tables.sound = code != b.BROKEN
+        self._native.spend(SHARE * (thread_time() - began))
+        tables.read_back()
+        if code == b.BROKEN or (self.labels is not None and self.labels.unknown in self.graph.faults):
+            tables.sound = False
+            raise BrokenProgramError(self.program.name)
+        return code
 
     def drop_edges(self) -> None:
         """Store no edges from now on, and give the memory of those stored back; letters are numbered as before.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import weakref
 from array import array
 from collections.abc import Callable
 from math import gcd
@@ -63,6 +64,7 @@ class Sharing:
         self._threads = [_Member(kernels, self._kernel, native, self._shared, sizes, outputs, i) for i in range(jobs)]
         for member in self._threads[1:]:
             member.start()
+            weakref.finalize(self, member.close)
         self._size = 4 * FEWEST
         self._alone_until = 0
         self._each = 4.0
@@ -151,7 +153,6 @@ class Sharing:
         self._each = max(1.0, sum(m.block[s.ENTRIES] for m in members) / size, steps / size)
         self._size = min(2 * self._size, MOST_TASKS * s.NODES_EACH)
 
-    @whole
     def spread(self, nodes: VectorSet, end: int) -> int:
         """Move the slots of a table that has become twice as large, the last ones first; the slot before which those
         end that are left: all from `end` on have been moved.
@@ -256,7 +257,8 @@ class _Member:
         return array("q", self._regions[5].read(0, self._regions[5].size))
 
     def close(self) -> None:
-        if self._thread is not None:
+        """End the thread, and give the memory back."""
+        if self._thread is not None and not self._closed:
             self._closed = True
             self._begin.release()
             self._thread.join()

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from llfsm_verify.backends.native.code import BROKEN, OVERFLOW
 from llfsm_verify.backends.native.context import SOURCE
 from llfsm_verify.backends.native.executor import NativeProgram
+from llfsm_verify.interrupts import whole
 from llfsm_verify.kripke.checkpoint import Numbers, Section, Unusable, sizes
 from llfsm_verify.kripke.compiled import Kernels
 from llfsm_verify.kripke.graph import FIRST_BYTES, MAX_NODES, NUMBER_BYTES, Graph
@@ -129,17 +130,30 @@ class Tables:
             self._sharing = Sharing(self._kernels, self._native, self.block, self._jobs)
         return self._sharing
 
+    def end_sharing(self) -> None:
+        """End the threads, until there is something to explore again."""
+        if self._sharing is not None:
+            self._sharing.close()
+            self._sharing = None
+
     # -------------------------------------------------- room
 
     def make_room(self, code: int, budget: Budget) -> None:
         """Make room for what a kernel that returned `code` has none for. Raises LimitReached."""
+        if code in (b.ROOM_NODES, b.ROOM_EDGES, b.ROOM_LETTERS, b.ROOM_GROUP):
+            self._grow(code, budget)
+        else:
+            self.place()
+
+    @whole
+    def _grow(self, code: int, budget: Budget) -> None:
         if code == b.ROOM_NODES:
             self._more_nodes(budget)
         elif code == b.ROOM_EDGES:
             self._edge_limit *= 2
         elif code == b.ROOM_LETTERS:
             self._more_letters(budget)
-        elif code == b.ROOM_GROUP:
+        else:
             self._more_group(budget)
         self.place()
         self.sound = True
@@ -245,8 +259,7 @@ class Tables:
             region.close()
         if self.chains is not None:
             self.chains.close()
-        if self._sharing is not None:
-            self._sharing.close()
+        self.end_sharing()
         self.nodes.close()
         self._letters.close()
         self._graph.close()

@@ -22,17 +22,28 @@ _SURROGATE = re.compile("[\ud800-\udfff]")
 def draft_data(document: MappingABC[str, object]) -> Draft:
     """The draft of an arrangement in Python values; machine files are looked up from the current directory."""
     reading = Reading(Path())
-    source = DataSource(NAME)
-    composer = _Composer(source)
     try:
-        root = composer.node(document, "", 1)
+        root, source = node_of_data(document, reading.diagnostics)
     except DiagnosticError as e:
         reading.add(e)
         return reading.draft(UNREADABLE, NAME)
-    source.close()
     reading.add_source(source, _digested(source))
-    reading.diagnostics += composer.diagnostics
     return reading.draft(draft_arrangement(reading, root, "arrangement"), NAME)
+
+
+def node_of_data(
+    document: MappingABC[str, object], diagnostics: list[Diagnostic], name: str = NAME
+) -> tuple[Node, DataSource]:
+    """Python values as nodes of a document called `name`; what can be read past is appended to `diagnostics`.
+
+    DiagnosticError: it is beyond a limit (E012, E013), or holds no text (E005).
+    """
+    source = DataSource(name)
+    composer = _Composer(source)
+    root = composer.node(document, "", 1)
+    source.close()
+    diagnostics += composer.diagnostics
+    return root, source
 
 
 def _digested(source: DataSource) -> bytes:

@@ -180,7 +180,7 @@ class Checkpoints:
             self.now(search, name)
 
     def now(self, search: Search, name: str) -> None:
-        """Save, unless the exploration is in the middle of something."""
+        """Save, or warn when that is not possible."""
         began = time.monotonic()
         try:
             finished = search.explorer.finish_batch(PATIENCE)
@@ -204,6 +204,8 @@ class Checkpoints:
                 self._saved, self._failed = True, False
             except OSError as error:
                 self._warn(error.strerror or str(error))
+        else:
+            self._warn("the search was in the middle of a change")
         self._last = time.monotonic()
         self._took = self._last - began
 

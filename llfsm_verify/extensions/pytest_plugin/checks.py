@@ -6,12 +6,12 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from llfsm_verify import DiagnosticError, Verdict
+from llfsm_verify import DiagnosticError, SweepRows, Verdict, sweep
 from llfsm_verify.extensions.pytest_plugin.session import failure, session_of, width, without_traceback
 from llfsm_verify.extensions.pytest_plugin.texts import SAVE
 from llfsm_verify.plug import (
@@ -45,6 +45,9 @@ if TYPE_CHECKING:
 
 
 PACKAGE = Path(__file__).parent
+INTERRUPTED = 130
+MOST_ROWS = 20
+"""Of those that fail a sweep, how many are told."""
 
 
 class Check:
@@ -138,6 +141,38 @@ class Check:
             result = self._result(found, options, engine)
             self._judge(result, found, frozenset(violated), faults=faults)
         return result
+
+    def sweep(
+        self,
+        given: str | Path | Mapping[str, object],
+        *,
+        violated: Sequence[str] = (),
+        jobs: int | None = None,
+        scheduler: str | None = None,
+        results: str | Path | None = None,
+        timeout: float | None = None,
+        memory: int | str | None = None,
+    ) -> SweepRows:
+        """Fails unless each row of a sweep holds, but for the arrangements named in `violated`, each of which must be
+        violated in some row. A relative path is taken from the folder of the test file, paths in a mapping from where
+        pytest runs. The other arguments are those of `llfsm_verify.sweep`.
+        """
+        __tracebackhide__ = True
+        path = given if isinstance(given, Mapping) else self._folder / given
+        with without_traceback(self._config):
+            rows = sweep(path, jobs=jobs, scheduler=scheduler, results=results, timeout=timeout, memory=memory)
+            wrong = [
+                f"row {number} is {row.verdict}: {', '.join(f'{name} = {value}' for name, value in row.values.items())}"
+                for number, row in enumerate(rows, 1)
+                if row.exit_code not in ((0, 1) if row.values["arrangement"] in violated else (0,))
+            ]
+            caught = {row.values["arrangement"] for row in rows if row.verdict == "violated"}
+            wrong += [
+                f"no row of {name} is violated, and one was expected to be" for name in violated if name not in caught
+            ]
+            if wrong or rows.exit_code == INTERRUPTED:
+                raise failure([*wrong[:MOST_ROWS], f"asked at {self._place()}", "", str(rows).rstrip()], self._config)
+        return rows
 
     # ------------------------------------------------------------ asking
 

@@ -3,7 +3,7 @@
 - `check_engine(entry)`: an `Outcome` a case; `engine_cases(entry)`: the cases, to be run one by one
 - `check_executor(make)`, `executor_cases(make)`: the same for executors of step programs
 - `port_cases`, `reader_cases`, `writer_cases`, `log_cases`, `timeline_cases`, `drawing_cases`, `report_cases`,
-  `target_cases`: those of the other plugs
+  `target_cases`, `scheduler_cases`: those of the other plugs
 - `Delegate`: a session that leaves everything to another one
 """
 
@@ -21,6 +21,7 @@ from llfsm_verify.testing.conformance.plugs import (
     writer_cases,
 )
 from llfsm_verify.testing.conformance.ports import port_cases
+from llfsm_verify.testing.conformance.schedulers import scheduler_cases
 from llfsm_verify.testing.conformance.targets import target_cases
 
 __all__ = [
@@ -40,6 +41,7 @@ __all__ = [
     "port_cases",
     "reader_cases",
     "report_cases",
+    "scheduler_cases",
     "target_cases",
     "timeline_cases",
     "writer_cases",

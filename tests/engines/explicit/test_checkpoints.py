@@ -7,8 +7,10 @@ import json
 import math
 import os
 import random
+import signal
 import subprocess
 import sys
+import threading
 from hashlib import sha256
 from pathlib import Path
 
@@ -22,8 +24,9 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.engines.explicit import checkpoints
 from llfsm_verify.engines.explicit.checkpoints import CheckpointWarning
 from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions
-from llfsm_verify.kripke import checkpoint
+from llfsm_verify.kripke import checkpoint, sharing
 from llfsm_verify.kripke.checkpoint import FORMAT, KIND, Reservation
+from llfsm_verify.kripke.compiled import Kernels
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification.verify import verify
@@ -68,6 +71,32 @@ def test_a_search_in_pieces_gives_the_same_result(small: Arrangement, tmp_path: 
     result, pieces = interrupted_often(small, tmp_path / "ring.checkpoint", 1_500)
     assert pieces > 5
     assert answers(result) == answers(whole)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("call", [1, 7, 12, 15])
+def test_ctrl_c_at_any_moment_is_followed_by_a_save(
+    small: Arrangement, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: int, call: int
+) -> None:
+    """The signal comes while a kernel runs, at any of its calls: those that move the slots of a table among them."""
+    for name, value in (("SMALLEST", 64), ("FEWEST", 64)):
+        monkeypatch.setattr(sharing, name, value)
+    kept = ExplicitOptions(jobs=jobs, checkpoint=Checkpointing(tmp_path / "ring.checkpoint", 1e9, resume=True))
+    wanted, run, calls = Options(keep_all_bits=True, own=(kept,)), Kernels.run, iter(range(100))
+
+    def interrupted(self: Kernels, name: str, block: int) -> int:
+        code = run(self, name, block)
+        if threading.current_thread() is threading.main_thread() and next(calls, None) == call:
+            signal.raise_signal(signal.SIGINT)
+        return code
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Kernels, "run", interrupted)
+        assert verify(small, lines(), wanted, engine="explicit").interrupted
+    result = verify(small, lines(), wanted, engine="explicit")
+    assert result.exploration.resumed_from is not None
+    assert answers(result) == answers(verify(small, lines(), Options(keep_all_bits=True), engine="explicit"))
 
 
 @pytest.mark.slow

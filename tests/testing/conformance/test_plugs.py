@@ -26,6 +26,7 @@ from llfsm_verify.testing.conformance import (
     port_cases,
     reader_cases,
     report_cases,
+    scheduler_cases,
     timeline_cases,
     writer_cases,
 )
@@ -64,6 +65,12 @@ def test_reports(kind: str, name: str) -> None:
 @pytest.mark.parametrize("name", TIMELINES)
 def test_timelines(name: str) -> None:
     assert failures(timeline_cases(name)) == {}
+
+
+@pytest.mark.slow
+def test_schedulers() -> None:
+    """Those of a cluster are looked at where there is one (tests/extensions/cluster)."""
+    assert failures(scheduler_cases("processes", "processes")) == {}
 
 
 @pytest.mark.slow

@@ -52,8 +52,9 @@ def test_the_page_has_an_example_of_each_plug() -> None:
     assert {group.replace("KIND", "result") for group in groups} == {
         *POINTS, "llfsm_verify.automata", "llfsm_verify.codes", "llfsm_verify.engines", "llfsm_verify.commands",
         "llfsm_verify.debuggers", "llfsm_verify.models", "llfsm_verify.oracles", "llfsm_verify.panels",
-        "llfsm_verify.plants", "llfsm_verify.readings", "llfsm_verify.structures", "llfsm_verify.syntaxes",
-        "llfsm_verify.targets", "llfsm_verify.worlds",
+        "llfsm_verify.plants", "llfsm_verify.readings", "llfsm_verify.schedulers", "llfsm_verify.structures",
+        "llfsm_verify.sweeps",
+        "llfsm_verify.syntaxes", "llfsm_verify.targets", "llfsm_verify.worlds",
     }  # fmt: skip
     assert {place.partition(":")[0] for found in POINTS.values() for place in found.values()} == set(FILES)
     lines = {name: sum(bool(line.strip()) for line in text.splitlines()) for name, text in FILES.items()}

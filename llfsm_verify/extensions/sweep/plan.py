@@ -1,0 +1,258 @@
+"""The plan of a sweep: its combinations in a fixed order, each looked at before anything starts, and their tasks."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from importlib.metadata import version
+from itertools import islice, product
+from pathlib import Path
+
+from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify.extensions.sweep.codes import IDLE_EXCLUSION, NO_NAME, WRONG_EXCLUSION
+from llfsm_verify.extensions.sweep.reading import ARRANGEMENT, PROPERTIES, Axis, Given, SweepFile
+from llfsm_verify.extensions.sweep.spelling import words
+from llfsm_verify.extensions.sweep.task import Task, ValueKind
+from llfsm_verify.extensions.sweep.values import NoSuchName, with_nodes
+from llfsm_verify.plug import (
+    Arrangement,
+    Draft,
+    GivenArrangement,
+    Json,
+    PropertySet,
+    Source,
+    Span,
+    bind,
+    did_you_mean,
+    mark,
+    parse_properties,
+    properties_beside,
+    read_arrangement,
+    read_properties,
+    resolve,
+)
+
+LOOKED_AT = 1_000
+"""Combinations up to which each one is loaded before anything starts; of more, each value with the first others."""
+MOST_SAID = 20
+
+
+@dataclass(frozen=True, slots=True)
+class Combination:
+    """A row to be: its values by the names of axes, in their order, and the check that it is."""
+
+    number: int
+    """From 1, in the order of the table."""
+    values: Mapping[str, Json]
+    task: Task
+    root: Path
+    """The folder below which the files of the task are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """All combinations, and warnings about the file."""
+
+    sweep: SweepFile
+    combinations: tuple[Combination, ...]
+    warnings: tuple[Diagnostic, ...]
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 (hex) of the keys of all tasks, in order."""
+        return _digest([each.task.key for each in self.combinations])
+
+
+def plan(sweep: SweepFile) -> Plan:
+    """Read all files and look at all combinations (LOOKED_AT).
+
+    DiagnosticError: what is wrong with the arrangements and property files, also with values in them; a name that an
+    arrangement does not have (E591); nothing is left to check (E595).
+    """
+    chosen: list[dict[str, Given]] = []
+    used: set[int] = set()
+    for values in product(*(axis.values for axis in sweep.axes)):
+        row = dict(zip((axis.name for axis in sweep.axes), values, strict=True))
+        met = {i for i, each in enumerate(sweep.exclude) if each.meets({name: g.value for name, g in row.items()})}
+        used |= met
+        if not met:
+            chosen.append(row)
+    idle = tuple(
+        Diagnostic(IDLE_EXCLUSION, "this excludes no combination", each.place, hint="leave it out")
+        for i, each in enumerate(sweep.exclude)
+        if i not in used
+    )
+    if not chosen:
+        raise DiagnosticError(
+            Diagnostic(WRONG_EXCLUSION, "everything is excluded", sweep.exclude[0].place, hint="leave one of them out")
+        )
+    files = _Files(sweep)
+    _look_through(sweep, files, chosen)
+    return Plan(sweep, tuple(files.combination(i, row) for i, row in enumerate(chosen, 1)), idle)
+
+
+def _look_through(sweep: SweepFile, files: _Files, chosen: Sequence[Mapping[str, Given]]) -> None:
+    """DiagnosticError: combinations that cannot be loaded, or whose properties do not fit."""
+    some: Iterable[Mapping[str, Given]] = chosen if len(chosen) <= LOOKED_AT else _variations(sweep)
+    found: dict[tuple[str, str, int], Diagnostic] = {}
+    bound: set[tuple[str, str]] = set()
+    for row in some:
+        try:
+            arrangement = files.resolved(row)
+            together = str(row[ARRANGEMENT].value), str(row[PROPERTIES].value) if PROPERTIES in row else ""
+            if together not in bound:
+                bound.add(together)
+                bind(arrangement, files.properties(row))
+        except DiagnosticError as error:
+            for each in error.diagnostics:
+                said = each if each.span is None or _is_ours(each.span, row) else _with_values(each, row)
+                place = (said.file or "", 0) if said.span is None else (said.span.source.name, said.span.start)
+                found.setdefault((said.code, *place), said)
+            if len(found) >= MOST_SAID:
+                break
+    if found:
+        raise DiagnosticError(found.values())
+
+
+def _variations(sweep: SweepFile) -> Iterator[dict[str, Given]]:
+    """Of each axis every value (of a long one LOOKED_AT, and its last), with the first ones of the others, in each
+    arrangement."""
+    first = {axis.name: next(iter(axis.values)) for axis in sweep.axes}
+    for file in sweep.axes[0].values:
+        for axis in sweep.axes[1:]:
+            some = list(islice(axis.values, LOOKED_AT // 10)) if len(axis.values) > LOOKED_AT else list(axis.values)
+            last = [_last(axis)] if len(some) < len(axis.values) else []
+            yield from ({**first, ARRANGEMENT: file, axis.name: value} for value in [*some, *last])
+
+
+def _last(axis: Axis) -> Given:
+    return next(islice(axis.values, len(axis.values) - 1, None))
+
+
+def _is_ours(span: Span, row: Mapping[str, Given]) -> bool:
+    return any(given.node.span.source is span.source for given in row.values())
+
+
+def _with_values(found: Diagnostic, row: Mapping[str, Given]) -> Diagnostic:
+    said = ", ".join(f"{name} = {words(given.value)}" for name, given in row.items() if name not in _FILES)
+    return replace(found, notes=(*found.notes, f"with {said}")) if said else found
+
+
+_FILES = (ARRANGEMENT, PROPERTIES)
+
+
+class _Files:
+    """The texts of a sweep, each read once."""
+
+    def __init__(self, sweep: SweepFile) -> None:
+        self.sweep = sweep
+        self.kinds: dict[str, ValueKind] = {axis.name: axis.kind for axis in sweep.axes if axis.kind is not None}
+        self._drafts: dict[str, Draft] = {}
+        self._properties: dict[tuple[str, ...], tuple[PropertySet, tuple[Source, ...]]] = {}
+        self._texts: dict[tuple[str, tuple[str, ...]], _Texts] = {}
+
+    def _path(self, name: Json) -> Path:
+        return self.sweep.folder / str(name)
+
+    def draft(self, at: Given) -> Draft:
+        """An arrangement as it is written."""
+        name = str(at.value)
+        if name not in self._drafts:
+            self._drafts[name] = read_arrangement(GivenArrangement(self._path(name), named_at=mark(at.node)))
+        return self._drafts[name]
+
+    def resolved(self, row: Mapping[str, Given]) -> Arrangement:
+        """An arrangement with the values of a row. DiagnosticError."""
+        values = [(self.kinds[name], name, given.node) for name, given in row.items() if name in self.kinds]
+        try:
+            return resolve(with_nodes(self.draft(row[ARRANGEMENT]), values))
+        except NoSuchName as wrong:
+            raise _unknown(wrong, self.sweep, str(row[ARRANGEMENT].value)) from None
+
+    def _names(self, row: Mapping[str, Given]) -> tuple[str, ...]:
+        """The property files of a row, as they are opened."""
+        if PROPERTIES in row:
+            return (str(self._path(row[PROPERTIES].value)),)
+        return tuple(map(str, properties_beside(self._path(row[ARRANGEMENT].value))))
+
+    def properties(self, row: Mapping[str, Given]) -> PropertySet:
+        """What is asked. DiagnosticError."""
+        return self._asked(self._names(row))[0]
+
+    def _asked(self, names: tuple[str, ...]) -> tuple[PropertySet, tuple[Source, ...]]:
+        if names not in self._properties:
+            sources = [read_properties(name) for name in names]
+            found = parse_properties(sources, str(self.sweep.options.get("syntax", "llfsm")))
+            automata = (
+                Path(one.span.source.name).parent / one.text for one in found if one.kind.startswith("automaton")
+            )
+            extra = [Source(str(path), path.read_text(encoding="utf-8")) for path in automata if path.is_file()]
+            self._properties[names] = found, (*sources, *extra)
+        return self._properties[names]
+
+    def combination(self, number: int, row: Mapping[str, Given]) -> Combination:
+        """One of them, with its task."""
+        names = self._names(row)
+        both = str(row[ARRANGEMENT].value), names
+        if both not in self._texts:
+            draft = self.draft(row[ARRANGEMENT])
+            sources = (*draft.sources, *self._asked(names)[1])
+            self._texts[both] = _Texts.of(draft.path, names, sources)
+        texts, sweep = self._texts[both], self.sweep
+        values = tuple((self.kinds[name], name, given.value) for name, given in row.items() if name in self.kinds)
+        options = tuple(sweep.options.items())
+        key = _digest([texts.digest, values, options, sweep.timeout, sweep.memory])
+        task = Task(key, texts.files, texts.arrangement, texts.properties, values, options, sweep.timeout, sweep.memory)
+        return Combination(number, {name: given.value for name, given in row.items()}, task, texts.root)
+
+
+@dataclass(frozen=True)
+class _Texts:
+    """What an arrangement and property files read, by paths below the folder that holds all of them."""
+
+    root: Path
+    files: tuple[tuple[str, str], ...]
+    arrangement: str
+    properties: tuple[str, ...]
+
+    @classmethod
+    def of(cls, arrangement: str, properties: tuple[str, ...], sources: Iterable[Source]) -> _Texts:
+        texts = {_absolute(source.name): source.text for source in sources}
+        root = Path(os.path.commonpath([path.parent for path in texts]))
+
+        def below(path: str | Path) -> str:
+            return _absolute(path).relative_to(root).as_posix()
+
+        files = tuple(sorted((below(path), text) for path, text in texts.items()))
+        return cls(root, files, below(arrangement), tuple(map(below, properties)))
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 (hex) of all of it, and of our version: another one may decide otherwise."""
+        return _digest([version("llfsm-verify"), self.files, self.arrangement, self.properties])
+
+
+def _absolute(path: str | Path) -> Path:
+    return Path(os.path.normpath(Path(path).absolute()))
+
+
+def _digest(value: object) -> str:
+    text = json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def _unknown(wrong: NoSuchName, sweep: SweepFile, arrangement: str) -> DiagnosticError:
+    axis = next(axis for axis in sweep.axes if axis.name == wrong.name and axis.kind == wrong.kind)
+    what = {
+        "constant": f"no machine of {arrangement} has a constant `{wrong.name}`",
+        "parameter": f"{arrangement} has no parameter `{wrong.name}`",
+        "initial": f"{arrangement} has no variable `{wrong.name}`",
+    }[wrong.kind]
+    hint = did_you_mean(wrong.name, wrong.known)
+    if hint is None and wrong.known:
+        hint = f"there are: {', '.join(wrong.known[:20])}"
+    return DiagnosticError(Diagnostic(NO_NAME, what, axis.place, hint=hint or "leave it out: there is none at all"))

@@ -1,0 +1,317 @@
+"""Rows of sweeps and their file: interrupted anywhere, a sweep that goes on gives the file of one that was not."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import pytest
+
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.extensions.sweep import sweeping
+from llfsm_verify.extensions.sweep.rows import row_data, row_from
+from llfsm_verify.extensions.sweep.sweeping import Rows, sweep
+from llfsm_verify.extensions.sweep.table import text_table
+from llfsm_verify.extensions.sweep.task import Outcome, Task
+from tests.cli.running import llfsm
+from tests.extensions.sweep.counting import written
+
+TEXT = """\
+arrangements: [a.yaml, b/faulty.yaml]
+properties: [p.ltl]
+constants: {LIMIT: [2, 5, 8]}
+options: {engine: explicit}
+"""
+
+
+class Known:
+    """A scheduler of tasks whose outcomes are known; the task with the number `at` (from 0) raises `error`."""
+
+    def __init__(
+        self, outcomes: dict[str, Outcome], at: int | None = None, error: BaseException | None = None, step: int = 1
+    ) -> None:
+        self.outcomes = outcomes
+        self.at = at
+        self.error = error
+        self.step = step
+        self.asked = 0
+        self.closed = False
+
+    def run(self, tasks: Iterable[Task], ended: Callable[[Task, Outcome], None]) -> None:
+        for number, task in enumerate(list(tasks)[:: self.step]):
+            if number == self.at:
+                raise self.error or KeyboardInterrupt
+            self.asked += 1
+            ended(task, self.outcomes[task.key])
+
+    def close(self) -> None:
+        self.closed = True
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("sweep")
+    written(folder, TEXT)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def outcomes(folder: Path) -> dict[str, Outcome]:
+    """What comes of each task, by its key."""
+    found: dict[str, Outcome] = {}
+    performed = sweeping.opened(None, 1)
+    tasks = [each.task for each in sweeping.plan(sweeping.read_sweep(folder / "SWEEP.yaml")).combinations]
+    performed.run(tasks, lambda task, outcome: found.update({task.key: outcome}))
+    performed.close()
+    assert len(found) == 6 and {outcome.state for outcome in found.values()} == {"done"}
+    return found
+
+
+Use = Callable[..., Known]
+
+
+@pytest.fixture
+def use(outcomes: dict[str, Outcome], monkeypatch: pytest.MonkeyPatch) -> Use:
+    """Let `Known` perform."""
+
+    def using(*arguments: object, **more: object) -> Known:
+        known = Known(outcomes, *arguments, **more)  # type: ignore[arg-type]
+        monkeypatch.setattr(sweeping, "opened", lambda *_: known)
+        return known
+
+    return using
+
+
+def plain(path: Path) -> str:
+    """The text of a file of results without what differs between two runs."""
+    return re.sub(r'"(seconds|memory)": [\d.]+', r'"\1": 0', path.read_text())
+
+
+def done(folder: Path, results: Path) -> Rows:
+    return sweep(folder / "SWEEP.yaml", results=results)
+
+
+def test_the_file_has_a_line_for_each_row_in_order(folder: Path, use: Use, tmp_path: Path) -> None:
+    known = use(step=-1)
+    rows = done(folder, tmp_path / "r.jsonl")
+    assert known.closed and rows.stopped is None and rows.numbers == (1, 2, 3, 4, 5, 6)
+    head, *lines = map(json.loads, (tmp_path / "r.jsonl").read_text().splitlines())
+    assert head["kind"] == "sweep of llfsm-verify" and head["combinations"] == 6
+    assert [row_from(line) for line in lines] == list(rows)
+    assert [(row.values["arrangement"], row.values["LIMIT"]) for row in rows] == [
+        (file, limit) for file in ("a.yaml", "b/faulty.yaml") for limit in (2, 5, 8)
+    ]
+    assert [row.verdict for row in rows] == ["violated"] * 6  # `reaches` needs an input that nothing forces
+    assert [row.verdicts["few"] for row in rows] == ["holds", "holds", "violated", "holds", "violated", "violated"]
+    for row in rows:
+        assert set(row.traces) == {name for name, verdict in row.verdicts.items() if verdict == "violated"}
+        for name, file in row.traces.items():
+            assert f"name: {name}" in (tmp_path / file).read_text()
+
+
+@pytest.mark.parametrize("at", range(6))
+@pytest.mark.parametrize("step", [1, -1])
+def test_interrupted_anywhere_it_gives_the_same_file(
+    at: int, step: int, folder: Path, use: Use, tmp_path: Path
+) -> None:
+    use()
+    whole, again = tmp_path / "whole.jsonl", tmp_path / "again.jsonl"
+    done(folder, whole)
+    known = use(at, step=step)
+    rows = done(folder, again)
+    assert isinstance(rows.stopped, KeyboardInterrupt) and rows.exit_code == 130 and len(rows) == at == known.asked
+    known = use()
+    rows = done(folder, again)
+    assert known.asked == 6 - at and rows.stopped is None
+    assert plain(again) == plain(whole).replace("whole", "again")
+
+
+@pytest.mark.parametrize("cut", [1, 40, 10_000])
+def test_a_file_that_was_cut_anywhere_goes_on(cut: int, folder: Path, use: Use, tmp_path: Path) -> None:
+    use()
+    path = tmp_path / "r.jsonl"
+    done(folder, path)
+    whole = plain(path)
+    text = path.read_text()
+    path.write_text(text[: max(len(text) - cut, text.index("\n") + 1)])
+    known = use()
+    done(folder, path)
+    assert plain(path) == whole and known.asked == {1: 0, 40: 1, 10_000: 6}[cut]
+
+
+def test_a_damaged_line_is_said_and_checked_again(folder: Path, use: Use, tmp_path: Path) -> None:
+    use()
+    path = tmp_path / "r.jsonl"
+    done(folder, path)
+    whole, lines = plain(path), path.read_text().splitlines()
+    lines[2], lines[4] = lines[2].replace('"done"', '"doone"'), lines[4][:30]
+    path.write_text("\n".join(lines))
+    known, said = use(), []
+    sweep(folder / "SWEEP.yaml", results=path, began=lambda _, known, warnings: said.extend([known, *warnings]))
+    assert said[0] == 4 and [(d.code, d.span.line) for d in said[1:]] == [("W591", 3), ("W591", 5)]  # type: ignore[union-attr,attr-defined]
+    assert known.asked == 2 and plain(path) == whole
+
+
+def test_rows_whose_traces_are_gone_are_checked_again(folder: Path, use: Use, tmp_path: Path) -> None:
+    use()
+    path = tmp_path / "r.jsonl"
+    rows = done(folder, path)
+    gone = tmp_path / next(iter(rows[3].traces.values()))
+    gone.unlink()
+    known = use()
+    done(folder, path)
+    assert known.asked == 1 and gone.is_file()
+
+
+@pytest.mark.parametrize("state", ["failed", "killed", "timeout", "memory"])
+def test_what_failed_or_was_killed_is_checked_again(
+    state: str, folder: Path, use: Use, outcomes: dict[str, Outcome], tmp_path: Path
+) -> None:
+    path, known = tmp_path / "r.jsonl", use()
+    key = min(outcomes)
+    known.outcomes = {**outcomes, key: Outcome(state, None, "no luck", 0.5)}  # type: ignore[arg-type]
+    rows = done(folder, path)
+    (row,) = (row for row in rows if row.key == key)
+    assert (row.verdict, row.exit_code, row.message) == (state, 3 if state == "failed" else 4, "no luck")
+    assert rows.exit_code == (3 if state == "failed" else 1)
+    assert f"row {rows.rows.index(row) + 1}: {state}: no luck" in rows.text()
+    again = use()
+    done(folder, path)
+    assert again.asked == (state in ("failed", "killed"))
+
+
+def test_texts_that_changed_are_checked_again(use: Use, outcomes: dict[str, Outcome], tmp_path: Path) -> None:
+    path = written(tmp_path, TEXT)
+    use()
+    done(tmp_path, tmp_path / "r.jsonl")
+    path.write_text(TEXT.replace("[2, 5, 8]", "[8, 2]"))
+    known, said = use(), []
+    rows = sweep(path, results=tmp_path / "r.jsonl", began=lambda *all_: said.extend(all_[2]))
+    assert known.asked == 0 and [row.values["LIMIT"] for row in rows] == [8, 2, 8, 2]
+    (warning,) = said
+    assert warning.code == "W592" and warning.message.startswith("2 rows of combinations")
+    (tmp_path / "m.machine.yaml").write_text((tmp_path / "m.machine.yaml").read_text() + "# other\n")
+    with pytest.raises(KeyError):  # neither is a task that is known
+        done(tmp_path, tmp_path / "r.jsonl")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("arrangements: [a.yaml]\n", "this is not a file of results of a sweep"),
+        ('{"format": 2, "kind": "sweep of llfsm-verify"}\n', "this is not a file of results"),
+        ('{"kind": 3}\n', "this is not a file of results"),
+        ("\ud8ff", "it is not text"),
+    ],
+)
+def test_other_files_are_not_replaced(text: str, said: str, folder: Path, use: Use, tmp_path: Path) -> None:
+    use()
+    path = tmp_path / "other"
+    path.write_bytes(text.encode("utf-8", "surrogatepass"))
+    with pytest.raises(DiagnosticError, match=said) as raised:
+        done(folder, path)
+    assert raised.value.diagnostics[0].code == "E596" and path.read_bytes() == text.encode("utf-8", "surrogatepass")
+
+
+def test_results_of_another_sweep_are_not_replaced(folder: Path, use: Use, tmp_path: Path) -> None:
+    use()
+    path = tmp_path / "r.jsonl"
+    done(folder, path)
+    text = path.read_text()
+    other = written(tmp_path, "arrangements: [a.yaml]\n")
+    with pytest.raises(DiagnosticError, match="this file has 6 rows, none of a combination of this sweep"):
+        sweep(other, results=path)
+    assert path.read_text() == text
+
+
+def test_results_that_cannot_be_written(folder: Path, use: Use, tmp_path: Path) -> None:
+    use()
+    for path in (tmp_path, tmp_path / "no" / "r.jsonl"):
+        with pytest.raises(DiagnosticError) as raised:
+            done(folder, path)
+        assert raised.value.diagnostics[0].code == "E596"
+
+
+def test_a_lost_scheduler_leaves_what_is_known(folder: Path, use: Use, tmp_path: Path) -> None:
+    from llfsm_verify.diagnostics import Diagnostic
+
+    lost = DiagnosticError(Diagnostic("E600", "the scheduler is gone", file="tcp://x:1"))
+    use(4, lost)
+    path = tmp_path / "r.jsonl"
+    rows = done(folder, path)
+    assert rows.stopped is lost and len(rows) == 4 == len(path.read_text().splitlines()) - 1
+    use(4, lost)
+    found = llfsm("sweep", str(folder / "SWEEP.yaml"), "--results", str(tmp_path / "s.jsonl"))
+    assert found.returncode == 3 and "error[E600]: the scheduler is gone" in found.stderr
+    assert "4 of 6 combinations: violated 4" in found.stdout and "ended after 4 of 6 rows; to go on: " in found.stderr
+
+
+# ---------------------------------------------------------------- tables
+
+
+def test_rows_go_through_json(folder: Path, use: Use) -> None:
+    use()
+    for row in sweep(folder / "SWEEP.yaml"):
+        assert row_from(json.loads(json.dumps(row_data(row)))) == row and row.traces == {}
+
+
+def test_the_formats_say_the_same(folder: Path, use: Use, tmp_path: Path) -> None:
+    use()
+    found = {}
+    for name in ("text", "json", "csv"):
+        run = llfsm("sweep", str(folder / "SWEEP.yaml"), "--results", str(tmp_path / "r.jsonl"), "--format", name)
+        assert run.returncode == 1, run
+        found[name] = run.stdout
+    data = json.loads(found["json"])
+    assert data["exit_code"] == 1 and data["combinations"] == 6
+    lines = list(csv.DictReader(io.StringIO(found["csv"])))
+    assert len(lines) == len(data["rows"]) == 6
+    for line, row in zip(lines, data["rows"], strict=True):
+        assert int(line["row"]) == row["row"] and line["LIMIT"] == str(row["values"]["LIMIT"])
+        assert {name: line[name] for name in row["verdicts"]} == row["verdicts"]
+        assert line["traces"].split("; ") == list(row["traces"].values())
+    table = re.sub(r"\d+\.\d\d  *[\d–]+", "", found["text"])
+    assert (
+        [line.rstrip() for line in table.splitlines()]
+        == """\
+In all rows: properties = p.ltl, reaches violated, faults holds
+
+row  arrangement    LIMIT  verdict   few       filled    seconds  MiB
+  1  a.yaml             2  violated  holds     holds
+  2  a.yaml             5  violated  holds     holds
+  3  a.yaml             8  violated  violated  violated
+  4  b/faulty.yaml      2  violated  holds     holds
+  5  b/faulty.yaml      5  violated  violated  holds
+  6  b/faulty.yaml      8  violated  violated  violated
+
+6 combinations: violated 6""".splitlines()
+    )
+
+
+def test_a_narrow_table_names_what_does_not_hold(folder: Path, use: Use) -> None:
+    use()
+    rows = sweep(folder / "SWEEP.yaml")
+    lines = rows.text(64).splitlines()
+    assert lines[2].split() == ["row", "arrangement", "LIMIT", "verdict", "seconds", "MiB", "not", "holding"]
+    assert lines[5].endswith("violated: few, filled, reaches")
+    assert text_table([], [], 80).strip().startswith("row")
+
+
+def test_one_row_is_shown_whole(folder: Path, use: Use) -> None:
+    use()
+    rows = sweep(folder / "SWEEP.yaml")
+    (head, line) = text_table(rows[:1], [1], 120).splitlines()
+    assert head.split()[:4] == ["row", "arrangement", "LIMIT", "properties"] and "a.yaml" in line
+
+
+def test_reasons_are_said_once_with_their_rows(folder: Path, tmp_path: Path) -> None:
+    path = written(tmp_path, TEXT.replace("explicit", "explicit, max_states: 2"))
+    rows = sweep(path, jobs=1)
+    assert rows.exit_code in (1, 4)
+    notes = [line for line in rows.text().splitlines() if "because" in line]
+    assert notes and all("because the limit of 2 configurations was reached" in line for line in notes)
+    assert len(notes) == len(set(notes)) <= 4
