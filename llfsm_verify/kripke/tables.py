@@ -201,7 +201,7 @@ class Tables:
         if found is None:
             return False
         graph.drop_edges()
-        graph.is_narrow, self._keeps, self._kept = True, keeps, Region(1)
+        graph.is_narrow, self._keeps = True, keeps
         graph.sources, graph.targets, graph.labels = (Region(1) for _ in range(3))
         for region, column in zip((graph.sources, graph.targets, graph.labels), found, strict=True):
             region.write(column)
