@@ -32,7 +32,7 @@ from llfsm_verify.arrangement.formats.data import draft_data, node_of_data
 from llfsm_verify.arrangement.formats.reading import MACHINES, Reading, opened
 from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, NewState, Uneditable, Writer
 from llfsm_verify.arrangement.granting import policy_digest
-from llfsm_verify.arrangement.kinds import kind_of
+from llfsm_verify.arrangement.kinds import kind_of, other_kind
 from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.arrangement.model import ACTION_KINDS, Arrangement, Machine
 from llfsm_verify.arrangement.plants import PLANTS, Plant, UsedPlant
@@ -791,6 +791,7 @@ __all__ = [
     "opened",
     "operators",
     "other_arrangement",
+    "other_kind",
     "output_argument",
     "parse_properties",
     "parse_size",
