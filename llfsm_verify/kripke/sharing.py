@@ -165,6 +165,8 @@ class Sharing:
             begin = -(-end // 16) * 8
             while begin < end and all(table[begin - 8 : begin]):
                 begin += 8
+            if begin >= end:
+                break
             self._shared[s.START], self._shared[s.MOVED_TO], self._shared[s.FAILED] = begin, end, 0
             self._all(s.SPREAD, -(-(end - begin) // s.SLOTS_EACH))
             end = begin
