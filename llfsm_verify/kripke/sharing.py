@@ -142,7 +142,7 @@ class Sharing:
         if shared[s.CROSSED] >= 0:
             block[b.LEVEL_END] = shared[s.CROSSED]
             block[b.DEPTH] += 1
-        met = [m.faults() for m in members if m.block[s.FAULTED]]
+        met = [m.faults(self._faults) for m in members if m.block[s.FAULTED]]
         if met:
             first = [min((node for node in column if node >= 0), default=-1) for column in zip(*met, strict=True)]
             if block[b.OVERFLOW] < 0:
@@ -257,9 +257,9 @@ class _Member:
             ctypes.memset(self.block[s.FAULTS], 0xFF, 8 * faults)
             self.block[s.FAULTED] = 0
 
-    def faults(self) -> array[int]:
+    def faults(self, faults: int) -> array[int]:
         """For overflow and for each fault the first node that it happens from, or -1."""
-        return array("q", self._regions[5].read(0, self._regions[5].size))
+        return array("q", self._regions[5].read(0, 8 * faults))
 
     def close(self) -> None:
         """End the thread, and give the memory back."""
