@@ -40,8 +40,10 @@ class Usage:
 
 
 def run(command: Sequence[str], *, timeout: float, cwd: Path | None = None) -> Usage:
-    """Run `command` to its end. Raises ChildFailed when there is no such program, and TooLong when it takes longer than
-    `timeout` seconds."""
+    """Run `command` to its end; Python keeps bytecode, as it does for users.
+
+    Raises ChildFailed when there is no such program, and TooLong when it takes longer than `timeout` seconds.
+    """
     with (
         tempfile.TemporaryFile() as output,
         tempfile.TemporaryFile() as errors,
@@ -49,6 +51,7 @@ def run(command: Sequence[str], *, timeout: float, cwd: Path | None = None) -> U
         subprocess.Popen(
             [sys.executable, "-I", "-S", LAUNCHER, str(report.fileno()), *command],
             stdout=output, stderr=errors, cwd=cwd, pass_fds=[report.fileno()], start_new_session=True,
+            env={name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"},
         ) as launcher,
     ):  # fmt: skip
         try:

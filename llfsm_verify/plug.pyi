@@ -26,15 +26,17 @@ from llfsm_verify.arrangement.draft import (
 )
 from llfsm_verify.arrangement.draft import Unreadable as UnreadablePart
 from llfsm_verify.arrangement.files import read_named, read_source
-from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS, ending_of, read_arrangement
+from llfsm_verify.arrangement.formats import ARRANGEMENTS, WRITERS, ending_of, machine_in, read_arrangement, writer_of
 from llfsm_verify.arrangement.formats import Given as GivenArrangement
 from llfsm_verify.arrangement.formats.data import draft_data, node_of_data
 from llfsm_verify.arrangement.formats.reading import MACHINES, Reading, opened
+from llfsm_verify.arrangement.formats.writing import Actions as StateActions
 from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, NewState, Uneditable, Writer
+from llfsm_verify.arrangement.formats.writing import Value as DocumentValue
 from llfsm_verify.arrangement.granting import policy_digest
-from llfsm_verify.arrangement.kinds import kind_of
+from llfsm_verify.arrangement.kinds import kind_of, other_kind
 from llfsm_verify.arrangement.loader import load_arrangement
-from llfsm_verify.arrangement.model import ACTION_KINDS, Arrangement, Machine
+from llfsm_verify.arrangement.model import ACTION_KINDS, ActionKind, Arrangement, Machine
 from llfsm_verify.arrangement.plants import PLANTS, Plant, UsedPlant
 from llfsm_verify.arrangement.plants import Site as PlantSite
 from llfsm_verify.arrangement.requests import Request
@@ -44,13 +46,14 @@ from llfsm_verify.automata.automaton import Edge as AutomatonEdge
 from llfsm_verify.automata.boolean import Guards
 from llfsm_verify.automata.files import AUTOMATA, AutomataFormat, FileAutomaton
 from llfsm_verify.automata.ltl.translate import translate
+from llfsm_verify.automata.ltl.translation import is_safety_property
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.moves import Lazy, moves_of
 from llfsm_verify.automata.omega.products import is_deterministic
-from llfsm_verify.automata.safety import PrefixMonitor
+from llfsm_verify.automata.safety import PrefixMonitor, Safety, safety
 from llfsm_verify.backends.native.executor import ENDED as PROGRAM_ENDED
 from llfsm_verify.backends.native.executor import NativeProgram, StepResult
-from llfsm_verify.backends.native.layout import BitField, Layout
+from llfsm_verify.backends.native.layout import BitField, Layout, TooManyInitial
 from llfsm_verify.backends.reference import Interpreter, evaluate
 from llfsm_verify.backends.reference import Outcome as StepOutcome
 from llfsm_verify.checking.claims import add_premises, claim_of
@@ -71,6 +74,7 @@ from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.monitors import WORDS as VERDICT_WORDS
 from llfsm_verify.checking.monitors import monitors_of
 from llfsm_verify.checking.problem import Problem, bind
+from llfsm_verify.checking.reach import FaultRun, Reachable
 from llfsm_verify.checking.replay.confirm import Letter, Schedule
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
@@ -93,8 +97,11 @@ from llfsm_verify.cli.arguments import (
     property_lines,
     repeatable,
 )
+from llfsm_verify.cli.arguments import colour as colour_argument
 from llfsm_verify.cli.arguments import engine as engine_argument
+from llfsm_verify.cli.arguments import max_states as states_argument
 from llfsm_verify.cli.arguments import memory_and_timeout as limit_arguments
+from llfsm_verify.cli.arguments import only as only_argument
 from llfsm_verify.cli.arguments import output as output_argument
 from llfsm_verify.cli.arguments import positive as positive_number
 from llfsm_verify.cli.certificates import write_certificate
@@ -107,14 +114,17 @@ from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.io.progress import StatusLine
 from llfsm_verify.cli.io.standard_error import Unhurried
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
-from llfsm_verify.cli.opening import limits_of, open_draft, told
+from llfsm_verify.cli.opening import chosen, limits_of, open_draft, told
 from llfsm_verify.cli.opening import read_properties as asked_properties
+from llfsm_verify.cli.outside import command as order_of
+from llfsm_verify.cli.outside import refuse_undeclared
 from llfsm_verify.cli.parser import CommandEntry, UsageError, wrong_usage
 from llfsm_verify.cli.parser import Parser as CommandParser
 from llfsm_verify.collector import do_more_tasks
 from llfsm_verify.diagnostics import Fragment, Source, Span, counted, without_controls
-from llfsm_verify.files import UNSAVED, publish, unfinished
+from llfsm_verify.files import UNSAVED, publish, read_regular, unfinished
 from llfsm_verify.jsonvalue import Json
+from llfsm_verify.kripke.explore import MAX_ROOTS
 from llfsm_verify.kripke.export.formats import MODELS, STRUCTURES
 from llfsm_verify.kripke.export.rows import (
     Element,
@@ -128,13 +138,22 @@ from llfsm_verify.kripke.export.rows import (
     ways,
 )
 from llfsm_verify.kripke.export.specification import Specification
+from llfsm_verify.kripke.labels.sizes import is_wide
+from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.kripke.observing import Observer, observed_outputs
 from llfsm_verify.kripke.steps import Step
+from llfsm_verify.language.atoms import PropertyScope, check_atom
+from llfsm_verify.language.parser import parse_actions, parse_guard
 from llfsm_verify.language.scope import CALLS, IMPLICIT_SUSPEND, did_you_mean, near_names
-from llfsm_verify.language.typed import IfElse
-from llfsm_verify.language.types import decimal_text
-from llfsm_verify.limits import LimitReached, Limits, parse_size, reached, tick
-from llfsm_verify.logic.bounds import IN_STEPS, MAX_STEPS, MAX_TICKS, repeat, step_bound
+from llfsm_verify.language.syntax import Call as CallNode
+from llfsm_verify.language.syntax import Path as PathNode
+from llfsm_verify.language.trees import nodes as syntax_nodes
+from llfsm_verify.language.trees import of_kind
+from llfsm_verify.language.typed import AtState, Edge, Expression, IfElse, Observe, Query, Read, Sampled, Sampling
+from llfsm_verify.language.types import ArrayType, EnumType, RecordType, decimal_text, digits_of, has_int, scalar_text
+from llfsm_verify.language.types import Type as DeclaredType
+from llfsm_verify.limits import Budget, LimitReached, Limits, parse_size, reached, tick
+from llfsm_verify.logic.bounds import IN_STEPS, MAX_STEPS, MAX_TICKS, TICK, Clock, repeat, step_bound, without_steps
 from llfsm_verify.logic.codes import BOUND as WRONG_BOUND
 from llfsm_verify.logic.codes import EMPTY as WRONG_EMPTY
 from llfsm_verify.logic.codes import FOREIGN as WRONG_FOREIGN
@@ -158,6 +177,7 @@ from llfsm_verify.logic.formula import (
     depth,
     disjunction,
     is_boolean,
+    is_plain,
     mapped,
     negation,
     operators,
@@ -172,7 +192,7 @@ from llfsm_verify.logic.parsing.delays import refuse_delays
 from llfsm_verify.logic.parsing.formulas import MAX_DEPTH, Parsed
 from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, tokenise
 from llfsm_verify.logic.parsing.words import atom_place
-from llfsm_verify.logic.properties import Property, PropertySet, asked_text, parse_properties
+from llfsm_verify.logic.properties import FEATURES, Property, PropertySet, asked_text, parse_properties
 from llfsm_verify.logic.reading import GivenLines
 from llfsm_verify.logic.reading import read_source as read_properties
 from llfsm_verify.logic.rewriting.normal_form import nnf
@@ -181,8 +201,13 @@ from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.logic.syntaxes import Syntax
 from llfsm_verify.logic.syntaxes.writing import Spelling
 from llfsm_verify.monitoring.lookup import entry_bytes
+from llfsm_verify.monitoring.machine import Action as MonitorAction
+from llfsm_verify.monitoring.machine import monitor_machine
+from llfsm_verify.monitoring.machine_reads import declared_type, expressions_in
+from llfsm_verify.monitoring.machine_reads import reads as monitor_reads
+from llfsm_verify.monitoring.properties import Monitored, Timing, monitor_properties
 from llfsm_verify.monitoring.properties import shown as shown_atom
-from llfsm_verify.monitoring.states import MonitorVerdict
+from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
 from llfsm_verify.program.dependence import blocks, uses
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import (
@@ -219,6 +244,7 @@ from llfsm_verify.program.symbolic import FAULT, Key, Values, scalars, typed
 from llfsm_verify.program.symbolic import Definitions as SymbolicDefinitions
 from llfsm_verify.program.terms import FALSE, TRUE, const, fits, get, interval, ite, op
 from llfsm_verify.program.terms import conjunction as all_of
+from llfsm_verify.program.terms import disjunction as any_of
 from llfsm_verify.program.trees import (
     branches,
     constant_of,
@@ -231,6 +257,7 @@ from llfsm_verify.program.trees import (
     ringlet,
     statements,
     stop_at_faults,
+    with_arguments,
     with_branches,
     without,
 )
@@ -270,6 +297,7 @@ from llfsm_verify.report.wording import (
     CONTRADICTED,
     fault_text,
     is_contradicted,
+    name_cell,
     resumed_text,
     sentences,
     summary_text,
@@ -308,6 +336,7 @@ from llfsm_verify.runtime.live.slots import VERDICT as VERDICT_SLOT
 from llfsm_verify.runtime.live.slots import Slot as BoardSlot
 from llfsm_verify.runtime.live.slots import inputs_of, program_slots, slots_of
 from llfsm_verify.runtime.live.text import largest_entry
+from llfsm_verify.runtime.outside.reaction_time import Order, Pace, reaction_time
 from llfsm_verify.runtime.ports import UNKNOWN as WRONG_PORT
 from llfsm_verify.runtime.ports.file import read_ports
 from llfsm_verify.runtime.ports.line_port import LINES as LINE_FRAMING
@@ -341,6 +370,7 @@ from llfsm_verify.runtime.whiteboard.places import NoPlace
 from llfsm_verify.runtime.whiteboard.places import names as whiteboard_names
 from llfsm_verify.runtime.whiteboard.shared import Shared as SharedFrames
 from llfsm_verify.semantics.bits import common_bits
+from llfsm_verify.semantics.expressions import SURROUNDINGS
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.semantics.parts import PART as GUARD_PART
@@ -391,6 +421,7 @@ __all__ = [
     "FALSE",
     "FALSE_FORMULA",
     "FAULT",
+    "FEATURES",
     "FILE",
     "FLAG",
     "FORMAT_KEY",
@@ -415,6 +446,7 @@ __all__ = [
     "LOGS",
     "MACHINES",
     "MAX_DEPTH",
+    "MAX_ROOTS",
     "MAX_STEPS",
     "MAX_TICKS",
     "MAX_TOKENS",
@@ -440,9 +472,11 @@ __all__ = [
     "SECONDS",
     "STATE_SLOT",
     "STRUCTURES",
+    "SURROUNDINGS",
     "SWITCH",
     "SYNTAXES",
     "TARGETS",
+    "TICK",
     "TIMED",
     "TIMELINES",
     "TRUE",
@@ -466,9 +500,12 @@ __all__ = [
     "WRONG_STRAY_BRACKET",
     "WRONG_TOO_DEEP",
     "WRONG_TOO_MANY_WORDS",
+    "ActionKind",
     "Answer",
     "Arrangement",
     "ArrangementDraft",
+    "ArrayType",
+    "AtState",
     "AutomataFormat",
     "Automaton",
     "AutomatonEdge",
@@ -476,8 +513,11 @@ __all__ = [
     "BitField",
     "Block",
     "BoardSlot",
+    "Budget",
     "ByName",
+    "CallNode",
     "Choice",
+    "Clock",
     "CommandEntry",
     "CommandParser",
     "Const",
@@ -490,8 +530,10 @@ __all__ = [
     "DebugSteps",
     "DebugTable",
     "Decided",
+    "DeclaredType",
     "Difference",
     "Differs",
+    "DocumentValue",
     "Draft",
     "Drawing",
     "DrawingError",
@@ -501,6 +543,7 @@ __all__ = [
     "DrawnNode",
     "Draws",
     "EarlyVerdicts",
+    "Edge",
     "Editor",
     "Edits",
     "Either",
@@ -510,13 +553,16 @@ __all__ = [
     "EngineOption",
     "EngineOptions",
     "Entry",
+    "EnumType",
     "EventKind",
     "Execution",
     "Exploration",
     "Expr",
+    "Expression",
     "Fault",
     "FaultFinding",
     "FaultResult",
+    "FaultRun",
     "FaultSite",
     "Field",
     "FileAutomaton",
@@ -564,7 +610,10 @@ __all__ = [
     "Made",
     "Malformed",
     "MappingNode",
+    "Monitor",
+    "MonitorAction",
     "MonitorVerdict",
+    "Monitored",
     "Move",
     "NativeProgram",
     "NewMachine",
@@ -573,18 +622,22 @@ __all__ = [
     "NoColumn",
     "NoPlace",
     "Node",
+    "Observe",
     "Observer",
     "OnBoard",
     "Op",
     "OpName",
     "Options",
     "Oracle",
+    "Order",
     "Outcome",
     "Output",
+    "Pace",
     "Package",
     "Panel",
     "ParameterDraft",
     "Parsed",
+    "PathNode",
     "PathStart",
     "Plant",
     "PlantSite",
@@ -598,8 +651,13 @@ __all__ = [
     "Program",
     "Property",
     "PropertyResult",
+    "PropertyScope",
     "PropertySet",
+    "Query",
+    "Reachable",
+    "Read",
     "Reading",
+    "RecordType",
     "Recorded",
     "Recording",
     "Registry",
@@ -611,7 +669,10 @@ __all__ = [
     "Row",
     "RowState",
     "RowWriter",
+    "Safety",
     "Sample",
+    "Sampled",
+    "Sampling",
     "Scalar",
     "Schedule",
     "Sequence",
@@ -630,6 +691,7 @@ __all__ = [
     "Spelling",
     "Stamped",
     "Started",
+    "StateActions",
     "StateDraft",
     "StatusLine",
     "Step",
@@ -646,6 +708,8 @@ __all__ = [
     "TaskScheduler",
     "Timeline",
     "TimelineRow",
+    "Timing",
+    "TooManyInitial",
     "Trace",
     "TraceRow",
     "TransitionDraft",
@@ -683,6 +747,7 @@ __all__ = [
     "add_premises",
     "all_codes",
     "all_of",
+    "any_of",
     "apply",
     "arrangement_argument",
     "arrangement_graph",
@@ -698,11 +763,14 @@ __all__ = [
     "branches",
     "cell_text",
     "cells_of",
+    "check_atom",
     "check_options",
     "checked_options",
     "choice_value",
+    "chosen",
     "claim_of",
     "code_of",
+    "colour_argument",
     "common_bits",
     "compared",
     "compose",
@@ -711,8 +779,10 @@ __all__ = [
     "constant_of",
     "counted",
     "decimal_text",
+    "declared_type",
     "depth",
     "did_you_mean",
+    "digits_of",
     "disjunction",
     "distinct_nodes",
     "do_more_tasks",
@@ -735,6 +805,7 @@ __all__ = [
     "exact_decimal",
     "explained",
     "expressions",
+    "expressions_in",
     "fault_of",
     "fault_text",
     "field_names",
@@ -749,6 +820,7 @@ __all__ = [
     "get",
     "goals_of",
     "has_header",
+    "has_int",
     "header_of",
     "implied",
     "initial_letters",
@@ -760,9 +832,13 @@ __all__ = [
     "is_contradicted",
     "is_deterministic",
     "is_name",
+    "is_plain",
     "is_recording",
+    "is_safety_property",
+    "is_wide",
     "ite",
     "kind_of",
+    "labels_of",
     "largest_entry",
     "lateness",
     "leaves",
@@ -774,11 +850,16 @@ __all__ = [
     "load_arrangement",
     "lower",
     "machine_graph",
+    "machine_in",
     "mapped",
     "mark",
     "mask",
+    "monitor_machine",
+    "monitor_properties",
+    "monitor_reads",
     "monitors_of",
     "moves_of",
+    "name_cell",
     "named_runs",
     "near_names",
     "negation",
@@ -786,12 +867,18 @@ __all__ = [
     "node_of_data",
     "nodes",
     "observed_outputs",
+    "of_kind",
+    "only_argument",
     "op",
     "open_draft",
     "opened",
     "operators",
+    "order_of",
     "other_arrangement",
+    "other_kind",
     "output_argument",
+    "parse_actions",
+    "parse_guard",
     "parse_properties",
     "parse_size",
     "parts",
@@ -809,16 +896,19 @@ __all__ = [
     "property_lines",
     "publish",
     "reached",
+    "reaction_time",
     "read_arrangement",
     "read_named",
     "read_ports",
     "read_properties",
+    "read_regular",
     "read_source",
     "ready",
     "ready_beside",
     "rebuilt",
     "record_of",
     "refuse_delays",
+    "refuse_undeclared",
     "repeat",
     "repeatable",
     "replay_file",
@@ -828,7 +918,9 @@ __all__ = [
     "ringlet",
     "runnable",
     "safe_values",
+    "safety",
     "saved_run",
+    "scalar_text",
     "scalars",
     "schedule_of",
     "schema_of",
@@ -839,12 +931,14 @@ __all__ = [
     "slots_of",
     "starting_values",
     "statements",
+    "states_argument",
     "step_bound",
     "step_range",
     "steps_known",
     "stop_at_faults",
     "summarise",
     "summary_text",
+    "syntax_nodes",
     "take",
     "tell",
     "text",
@@ -870,12 +964,15 @@ __all__ = [
     "ways",
     "whiteboard_names",
     "whole_number",
+    "with_arguments",
     "with_branches",
     "with_legend",
     "without",
     "without_controls",
+    "without_steps",
     "write_certificate",
     "write_whole",
+    "writer_of",
     "written",
     "wrong_usage",
 ]

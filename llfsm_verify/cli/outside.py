@@ -12,12 +12,12 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.cli.arguments import assignments
 from llfsm_verify.cli.io.decided import UNDECIDED, say_results
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, counted
-from llfsm_verify.guarding.reaction_time import Order, Pace, reaction_time
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.runtime.deciding.frames import FrameMonitors
 from llfsm_verify.runtime.deciding.recordings import Decided
 from llfsm_verify.runtime.live import ABSENT
 from llfsm_verify.runtime.outside.guard import Acted, OutsideGuard, Sent, refusals
+from llfsm_verify.runtime.outside.reaction_time import Order, Pace, reaction_time
 from llfsm_verify.runtime.whiteboard.client import Whiteboard
 from llfsm_verify.runtime.whiteboard.subscription import most_missed
 from llfsm_verify.semantics.operators import ARGUMENTS

@@ -291,6 +291,16 @@ class Explorer:
         self.graph.drop_edges()
         self._tables.place()
 
+    def narrow(self, keeps: Callable[[int], bool]) -> bool:
+        """Store only the edges with letters that `keeps` tells from now on, and give the memory of the others back;
+        false, and nothing has changed, when most edges so far show such letters.
+
+        Not with ``observe: cycle``, nor with chains.
+        """
+        assert not self._cycles
+        assert self._chains is None
+        return self._tables.narrow(keeps)
+
     def _too_many_steps(self) -> str:
         widest = max(self._native.program.choices, key=lambda c: c.type.high - c.type.low)
         size = widest.type.high - widest.type.low + 1

@@ -61,6 +61,8 @@ class Graph:
     - `parents`: 32-bit numbers, the node that a node was first found from (itself for a root);
     - `letter_sources`: 32-bit numbers, for each label of a letter the first node found whose step, or chain of steps,
       shows it; of letters read from a checkpoint it is not known;
+    - when `is_narrow`: `sources`, `targets` and `labels`, 32-bit numbers of those edges only that matter
+      (`kripke.narrow`), in the order of their sources;
     - when `with_edges`: `first`, 64-bit, and `targets` and `labels`, 32-bit. The edges of the expanded node i are
       ``first[i] … first[i + 1] - 1``, each distinct pair of a successor and a label once; ``alphabet[label]`` is the
       letter, a bit mask in which bit k tells the k-th observed output of the program (its atoms, then the outputs that
@@ -75,6 +77,8 @@ class Graph:
     with_edges: bool = True
     fresh: bytes = b""
     """What follows the configuration in the words of a node that is not in the middle of a cycle."""
+    is_narrow: bool = False
+    """Some edges are stored; `with_edges` is then False."""
     has_silent_edges: bool = False
     """Some edges may have the label `EPSILON`."""
     roots: int = 0
@@ -92,6 +96,7 @@ class Graph:
     parents: Region = field(default_factory=lambda: Region(1))
     letter_sources: Region = field(default_factory=lambda: Region(1))
     first: Region = field(default_factory=lambda: Region(1))
+    sources: Region = field(default_factory=lambda: Region(1))
     targets: Region = field(default_factory=lambda: Region(1))
     labels: Region = field(default_factory=lambda: Region(1))
     alphabet: list[int] = field(default_factory=list)
@@ -196,5 +201,6 @@ class Graph:
 
     def close(self) -> None:
         """Give the memory back."""
-        for region in (self.keys, self.parents, self.letter_sources, self.first, self.targets, self.labels):
+        edges = self.first, self.sources, self.targets, self.labels
+        for region in (self.keys, self.parents, self.letter_sources, *edges):
             region.close()

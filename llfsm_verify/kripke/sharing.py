@@ -10,6 +10,7 @@ from math import gcd
 from threading import Lock, Thread
 from time import perf_counter
 
+from llfsm_verify.backends.native.context import PREFIX, PROCESS, STEPPED
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.interrupts import whole
 from llfsm_verify.kripke.compiled import Kernels
@@ -165,6 +166,8 @@ class Sharing:
             begin = -(-end // 16) * 8
             while begin < end and all(table[begin - 8 : begin]):
                 begin += 8
+            if begin >= end:
+                break
             self._shared[s.START], self._shared[s.MOVED_TO], self._shared[s.FAILED] = begin, end, 0
             self._all(s.SPREAD, -(-(end - begin) // s.SLOTS_EACH))
             end = begin
@@ -245,7 +248,9 @@ class _Member:
         self._end.acquire()
 
     def begin(self, faults: int) -> None:
-        """Forget the last chunk."""
+        """Forget the last chunk, and where its last steps were enumerated, if it was not expanded to the end."""
+        for word in (PREFIX, PROCESS, STEPPED):
+            self._context[word] = 0
         for word in (s.ENTRIES, s.STEPS, s.TRANSITIONS, s.CONFIGURATIONS):
             self.block[word] = 0
         if self.block[s.FAULTED]:

@@ -63,6 +63,8 @@ class Tables:
         graph.parents.write(b"".join(i.to_bytes(NUMBER_BYTES, "little") for i in range(len(roots))))
         self._edge_limit, self._group_slots = FIRST_EDGES, FIRST_GROUP
         self._group = Region(FIRST_GROUP * GROUP_SLOT_BYTES)
+        self._keeps: Callable[[int], bool] = bool
+        self._kept = Region(1)
         self._context = native.new_context()
         self.block = self._control_block(len(roots))
         self._jobs = jobs
@@ -189,6 +191,25 @@ class Tables:
         self._group_slots = slots
         old.close()
 
+    def narrow(self, keeps: Callable[[int], bool]) -> bool:
+        """Store only edges whose letters `keeps` tells, and of those stored too; false, and nothing has changed, when
+        most of these are."""
+        from llfsm_verify.kripke.narrow import kept_edges
+
+        graph, block = self._graph, self.block
+        found = kept_edges(graph, block[b.SOURCE] + 1, block[b.EDGE_COUNT], keeps)
+        if found is None:
+            return False
+        graph.drop_edges()
+        graph.is_narrow, self._keeps = True, keeps
+        graph.sources, graph.targets, graph.labels = (Region(1) for _ in range(3))
+        for region, column in zip((graph.sources, graph.targets, graph.labels), found, strict=True):
+            region.write(column)
+        block[b.EDGE_COUNT] = len(found[0]) // NUMBER_BYTES
+        self.place()
+        self.read_back()
+        return True
+
     def place(self) -> None:
         """Make room as far as the limits say, and tell the kernels where things are: growing memory moves."""
         graph, block = self._graph, self.block
@@ -197,10 +218,17 @@ class Tables:
         graph.letter_sources.grow(self._letters.limit * NUMBER_BYTES)
         if graph.with_edges:
             graph.first.grow((limit + 1) * FIRST_BYTES)
+        if graph.is_narrow:
+            graph.sources.grow(self._edge_limit * NUMBER_BYTES)
+            self._kept.write(bytes(map(self._keeps, graph.alphabet[block[b.KEPT_LETTERS] :])), block[b.KEPT_LETTERS])
+            block[b.KEPT], block[b.KEPT_LETTERS] = self._kept.address, len(graph.alphabet)
+        stores = graph.with_edges or graph.is_narrow
+        if stores:
             graph.targets.grow(self._edge_limit * NUMBER_BYTES)
             graph.labels.grow(self._edge_limit * NUMBER_BYTES)
-        block[b.WITH_EDGES], block[b.LETTER_SOURCES] = int(graph.with_edges), graph.letter_sources.address
+        block[b.WITH_EDGES], block[b.LETTER_SOURCES] = int(stores), graph.letter_sources.address
         block[b.PARENTS], block[b.FIRST] = graph.parents.address, graph.first.address
+        block[b.SOURCES] = graph.sources.address
         block[b.TARGETS], block[b.LABELS] = graph.targets.address, graph.labels.address
         block[b.EDGE_LIMIT] = self._edge_limit
         block[b.GROUP_TABLE], block[b.GROUP_MASK] = self._group.address, self._group_slots - 1
@@ -227,7 +255,7 @@ class Tables:
 
     def close(self) -> None:
         """Give the memory back: the graph's too."""
-        for region in (self._group, self._letters.keys, *self._scratch):
+        for region in (self._group, self._letters.keys, self._kept, *self._scratch):
             region.close()
         if self.chains is not None:
             self.chains.close()

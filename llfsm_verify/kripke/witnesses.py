@@ -112,6 +112,15 @@ class GraphWitnesses:
                 before = edge.record
         raise NoWitness(f"no step from node {source} shows that letter")
 
+    def shown(self, source: int, target: int) -> int:
+        """The letter of the first step from one node to another; not with ``observe: cycle``, nor of chains. Raises
+        NoWitness when there is none."""
+        node = self._graph.record(target)
+        for _, status, record, _ in self._moves(source):
+            if status == 0 and record[: len(node)] == node:
+                return self._observer.letter(record)
+        raise NoWitness(f"no step from node {source} to {target}")
+
     def along(self, path: Sequence[int]) -> list[Move]:
         """The moves along a path of the graph. NoWitness: an edge has no moves."""
         return [move for source, target in pairwise(path) for move in self.step(source, target, None)]

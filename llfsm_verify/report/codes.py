@@ -25,7 +25,6 @@ from llfsm_verify.analysis.coverage import CODES as COVERAGE
 from llfsm_verify.arrangement.codes import CODES as ARRANGEMENT
 from llfsm_verify.arrangement.suppressions import CODES as LINT
 from llfsm_verify.engines.explicit.checkpoints import CODES as CHECKPOINTS
-from llfsm_verify.guarding.codes import CODES as GUARDS
 from llfsm_verify.knowledge.codes import CODES as THEORIES
 from llfsm_verify.kripke.export.formats import CODES as STRUCTURES
 from llfsm_verify.language.codes import CODES as LANGUAGE
@@ -128,7 +127,6 @@ SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("Traces, drawings and inputs", FILES),
     ("Kripke structures and models for other checkers", STRUCTURES),
     ("Monitors", MONITORS),
-    ("Guards", GUARDS),
     ("Tests with random runs", TESTING),
     ("Runs and recordings", {**RECORDINGS, **RUNS, **TIMELINES, **PORTS, **AUDIT, **TARGETS}),
     ("Coverage and test vectors", COVERAGE),

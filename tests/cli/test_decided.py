@@ -6,10 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from llfsm_verify.cli.commands.guard.run import _listed, _proved
 from llfsm_verify.cli.io.decided import say_decided, when_decided
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.guarding.guardable import Guardable
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.report.text import result_text
 from llfsm_verify.runtime.deciding.recordings import Decided
@@ -35,7 +33,7 @@ def test_when_a_property_is_decided(capsys) -> None:
     ]
 
 
-@pytest.mark.parametrize("table", ["verify", "check-recording", "guard", "guardable"])
+@pytest.mark.parametrize("table", ["verify", "check-recording"])
 def test_a_long_name_does_not_make_rows_wide(table: str, capsys: pytest.CaptureFixture[str]) -> None:
     """Its beginning and its end are shown, and the other rows are as wide as without its middle."""
     name = "first" + "n" * 5000 + "last"
@@ -43,13 +41,8 @@ def test_a_long_name_does_not_make_rows_wide(table: str, capsys: pytest.CaptureF
     if table == "verify":
         items = (replace(GOOD, name=name), GOOD)
         printed = "\n".join(str(line) for line in result_text(result(*items), quiet=True))
-    elif table == "check-recording":
+    else:
         say_decided([(Decided(long, "satisfied"), ""), (Decided(LINE, "satisfied"), "")])
         printed = capsys.readouterr().out
-    elif table == "guard":
-        found = (replace(GOOD, name=name), GOOD)
-        printed = "".join(_proved(found))
-    else:
-        printed = "".join(_listed([Guardable(long, ("x",), None), Guardable(LINE, ("x",), None)], []))
     assert max(map(len, printed.splitlines())) <= 120
     assert "first" + "n" * 25 in printed and "nlast" in printed

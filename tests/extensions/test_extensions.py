@@ -73,7 +73,8 @@ def test_what_an_extension_needs_is_an_extra() -> None:
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
     needed = [entry for group in extensions().values() for entry in group if entry.package is not None]
     assert {entry.place.split(".")[2] for entry in needed} == {
-        "bags", "editor", "mqtt", "parquet", "ros", "rosmonitoring", "serial", "terminal", "timelines", "view",
+        "bags", "cluster", "editor", "mqtt", "parquet", "ros", "rosmonitoring", "serial", "terminal", "timelines",
+        "view",
     }  # fmt: skip
     for entry in needed:
         assert entry.package is not None

@@ -463,6 +463,10 @@ ELSEWHERE = {
     "E582": "needs SWI-Prolog: tests/extensions/prolog/test_port.py",
     "E583": "needs SWI-Prolog: tests/extensions/prolog/test_bridge.py",
     "E584": "needs SWI-Prolog: tests/extensions/prolog/test_bridge.py",
+    "E600": "needs ten seconds: tests/extensions/cluster/test_cluster.py",
+    "E601": "needs a scheduler of Dask: tests/extensions/cluster/test_cluster.py",
+    "E602": "needs a scheduler of Dask: tests/extensions/cluster/test_cluster.py",
+    "E603": "needs a scheduler of Dask: tests/extensions/cluster/test_cluster.py",
     "W401": "needs a trace of very many steps, or a smaller limit: tests/cli/commands/test_replay.py",
 }
 """Codes whose example was copied by hand from what the program said, and why no command here provokes them."""

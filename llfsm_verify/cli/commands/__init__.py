@@ -67,7 +67,6 @@ COMMANDS = Commands(
         _folder("run", "trace", "write a recording or a saved trace as CSV, VCD, SVG, MCAP or ITF"),
         _folder("build", "monitor", "say what can be decided at run time, and write monitors"),
         _folder("build", "build", "write an arrangement as a program for another machine, as C"),
-        _folder("build", "guard", "put a monitor and a switch before outputs, and prove what they keep"),
         _folder("exchange", "kripke", "write the Kripke structure, or a model for another checker"),
         _module("look", "access", "list what machines and users may do, and what they do"),
         _module("look", "audit", "tell whether an audit log was changed"),

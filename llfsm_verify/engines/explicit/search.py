@@ -21,6 +21,7 @@ from llfsm_verify.engines.explicit.bad_prefixes import (
 from llfsm_verify.engines.explicit.escapes import Assumed, Question, find_escape
 from llfsm_verify.kripke.compiled import kernels
 from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.kripke.narrow import Keeps, keeps_of, narrow_lasso
 from llfsm_verify.kripke.paths import Living
 from llfsm_verify.kripke.product_search import Product, Projection, Reader, Walk, accepting_lasso
 from llfsm_verify.limits import LimitReached
@@ -172,17 +173,30 @@ class Search:
         return self.graph.with_edges or (excluded is None and goal.is_invariant() and goal.monitor() is not None)
 
     def drop_edges(self) -> None:
-        """Store no edges from now on, if the letters alone tell whether the properties hold."""
-        invariants = all(task.goal.is_invariant() for task in self.tasks)
-        if self.assumed or not invariants or not self.graph.with_edges or self.explorer.program.observe == "cycle":
+        """Store no edges from now on that do not matter: none, if the letters alone tell whether the properties hold,
+        else those with which an automaton does anything but wait."""
+        if self.assumed or not self.graph.with_edges or self.explorer.program.observe == "cycle":
             return
         try:
-            for task in self.tasks:
-                self._prepare(task)
+            keeps = [self._keeps(task) for task in self.tasks]
         except (LimitReached, AutomatonTooLarge, MemoryError):
             return
-        if all(task.monitor is not None for task in self.tasks):
+        some = [each for each in keeps if each is not None]
+        if len(some) < len(keeps):
+            return
+        if all(task.goal.is_invariant() for task in self.tasks):
             self.explorer.drop_edges()
+        elif self.graph.sequences is None:
+            self.explorer.narrow(lambda letter: any(each(letter) for each in some))
+
+    def _keeps(self, task: Task) -> Keeps | None:
+        """The letters of the edges that matter to a property: none for an invariant; None: all."""
+        self._prepare(task)
+        if task.goal.is_invariant():
+            return None if task.monitor is None else lambda _: False
+        if task.monitor is not None or self._assumption_readers() or self._fair_bits:
+            return None
+        return keeps_of(self._wrong_reader(task.goal))
 
     def violation(self, goal: Goal, excluded: Excluded | None = None) -> Walk | None:
         """A violation of another goal in the graph as it is, that is not excluded; None: there is none in it.
@@ -215,6 +229,9 @@ class Search:
         roots = self.explorer.first_letters
         self._prepare(task)
         if not self.graph.with_edges:
+            if not task.goal.is_invariant():
+                names, shown = self.explorer.observed, self.explorer.witnesses.shown
+                return narrow_lasso(self.graph, roots, self._wrong_reader(task.goal), len(names), shown)
             return self._bad_letter(task.goal, task.monitor)
         if task.monitor is not None:
             monitor, names = task.monitor, task.goal.atoms

@@ -23,7 +23,7 @@ from llfsm_verify.plug import Entry, Package
 
 DASK = Package("distributed", "distributed", "cluster")
 ENTRIES = {
-    "llfsm_verify.codes": (Entry("cluster", f"{__name__}.codes:CODES", "sweeps on clusters"),),
+    "llfsm_verify.codes": (Entry("cluster", f"{__name__}.codes:CODES", "Sweeps on clusters"),),
     "llfsm_verify.schedulers": (
         Entry("tcp", f"{__name__}.dask:Cluster", "a scheduler of Dask", package=DASK),
         Entry("tls", f"{__name__}.dask:Cluster", "the same, over TLS", package=DASK),

@@ -62,6 +62,9 @@ minus the number of bits of a slot's index."""
     FIRST,  # address
     TARGETS,  # address
     LABELS,  # address
+    KEPT,  # address: for each label whether its edges are stored, 8 bits, then with SOURCES, not FIRST; 0: all are
+    KEPT_LETTERS,  # labels for which that is known
+    SOURCES,  # address: the sources of the edges stored, 32 bits
     EDGE_COUNT,  # edges stored
     EDGE_LIMIT,  # room for so many
     SOURCE,  # the node whose successors are coming in; -1: none
@@ -86,7 +89,7 @@ minus the number of bits of a slot's index."""
     SEEN_EDGES,  # edges processed: by these the caller judges the rate
     CHAINS,  # address of the control block of chains (`chain_blocks`); 0: there are none
     EXPLORATION_WORDS,
-) = range(62)
+) = range(65)
 
 SMALL_GROUP = 8
 """Successors of a node that are compared one by one; more of them go through the group table."""

@@ -14,6 +14,7 @@ from llfsm_verify.kripke.kernels.words import (
     expand,
     helper,
     kernel,
+    load8,
     load32,
     load64,
     prefetch,
@@ -209,6 +210,7 @@ def exploration(
         done, count = load64(block, b.EDGES_DONE), load64(block, b.EDGES_COUNT)
         base, parents = load64(block, b.EXPANDED), load64(block, b.PARENTS)
         first, edge_targets, edge_labels = load64(block, b.FIRST), load64(block, b.TARGETS), load64(block, b.LABELS)
+        kept, edge_sources = load64(block, b.KEPT), load64(block, b.SOURCES)
         current, steps, at = load64(block, b.SOURCE), load64(block, b.SOURCE_EDGES), load64(block, b.EDGE_COUNT)
         small, grouped, generation = (
             load64(block, b.GROUP_FIRST), load64(block, b.GROUP_COUNT), load64(block, b.GENERATION)
@@ -225,7 +227,7 @@ def exploration(
             edge = edges + n * edge_bytes
             source = base + load32(edge, b.EDGE_SOURCE)
             if source != current:  # nodes between the last source and this one have no successors
-                if with_edges:
+                if with_edges and kept == 0:
                     for between in range(current + 1, source + 1):
                         store64(first, between, at)
                 current, steps, grouped = source, 0, 0
@@ -271,7 +273,9 @@ def exploration(
                 grouped = load64(block, b.GROUP_COUNT)
             if new & 2:
                 transitions += 1
-            if with_edges and new & 1:
+            if with_edges and new & 1 and (kept == 0 or load8(kept, label) != 0):
+                if kept != 0:
+                    store32(edge_sources, at, source)
                 store32(edge_targets, at, target)
                 store32(edge_labels, at, label)
                 at += 1
@@ -292,7 +296,7 @@ def exploration(
         words = fixed or load64(block, b.WORDS)
         nodes, with_edges = load64(block, b.NODES), load64(block, b.WITH_EDGES) != 0
         context, source_at = load64(block, b.CONTEXT), load64(block, b.CONTEXT_SOURCE)
-        end = load64(block, b.SEEN_EDGES) + load64(block, b.PORTION_EDGES)
+        end, narrow = load64(block, b.SEEN_EDGES) + load64(block, b.PORTION_EDGES), load64(block, b.KEPT) != 0
         while True:
             if load64(block, b.EDGES_DONE) == load64(block, b.EDGES_COUNT):
                 batch = load64(block, b.BATCH_COUNT)
@@ -301,7 +305,7 @@ def exploration(
                     store64(block, b.EXPANDED, expanded)
                     store64(block, b.BATCH_COUNT, 0)
                     batch = 0
-                    if with_edges:
+                    if with_edges and not narrow:
                         store64(load64(block, b.FIRST), expanded, load64(block, b.EDGE_COUNT))
                 found = load64(nodes, b.SET_COUNT)
                 if found >= load64(block, b.FOUND_STOP):
@@ -328,6 +332,8 @@ def exploration(
                 store64(block, b.EDGES_DONE, 0)
                 store64(block, b.SEEN_EDGES, load64(block, b.SEEN_EDGES) + count)
             if not prepare(block, words):
+                return b.ROOM_LETTERS
+            if narrow and load64(load64(block, b.LETTERS), b.SET_COUNT) > load64(block, b.KEPT_LETTERS):
                 return b.ROOM_LETTERS
             rest = load64(block, b.EDGES_COUNT) - load64(block, b.EDGES_DONE)
             if load64(nodes, b.SET_COUNT) + rest > load64(nodes, b.SET_LIMIT):

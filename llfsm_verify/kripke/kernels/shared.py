@@ -22,6 +22,7 @@ from llfsm_verify.kripke.kernels.words import (
     expand,
     helper,
     kernel,
+    load8,
     load32,
     load64,
     prefetch,
@@ -265,12 +266,17 @@ def store_edges(shared: int, block: int, task: int, words: int) -> None:
     nodes, stride, record = load64(block, b.NODES), (words + s.ENTRY_WORDS) * 8, task_record(shared, task)
     table, first = load64(nodes, b.SET_TABLE), load64(block, b.FIRST)
     targets, labels = load64(block, b.TARGETS), load64(block, b.LABELS)
+    kept, sources = load64(block, b.KEPT), load64(block, b.SOURCES)
     at, edge, node = load64(record, s.TASK_ENTRIES), load64(record, s.TASK_FIRST_EDGE), -1
     start = load64(shared, s.START) + task * s.NODES_EACH
     for n in range(load64(record, s.TASK_COUNT)):
         entry = at + n * stride
         origin, target = load64(entry, words + s.LABEL), load64(entry, words + s.PLACE)
-        while node < origin & LOW:
+        if kept != 0:
+            if load8(kept, shifted(origin, 32)) == 0:
+                continue
+            store32(sources, edge, start + (origin & LOW))
+        while kept == 0 and node < origin & LOW:
             node += 1
             store64(first, start + node, edge)
         if target & s.PENDING != 0:
@@ -278,7 +284,7 @@ def store_edges(shared: int, block: int, task: int, words: int) -> None:
         store32(targets, edge, target)
         store32(labels, edge, shifted(origin, 32))
         edge += 1
-    while node < s.NODES_EACH:
+    while kept == 0 and node < s.NODES_EACH:
         node += 1
         store64(first, start + node, edge)
 
@@ -341,6 +347,7 @@ def work(fixed: int) -> Callable[[int], int]:
         labelled = cycles or load64(block, b.WITH_LETTERS) != 0
         level_end, crossing = load64(block, b.LEVEL_END), -1
         current, group, count, done, steps, transitions, began = -1, 0, 0, 0, 0, 0, 0
+        kept, stored = load64(block, b.KEPT), 0
         while load64(context, source_at) < s.NODES_EACH:
             if steps - began > s.MOST_STEPS:
                 return s.TOO_WIDE
@@ -399,11 +406,13 @@ def work(fixed: int) -> Callable[[int], int]:
                 store64(entry, words + s.LABEL, source | label << 32)
                 prefetch(table + shifted(h, shift) * 8)
                 count += 1
+                if kept == 0 or load8(kept, label) != 0:
+                    stored += 1
             if not look_up_all(shared, block, thread, task, done, count, at, words):
                 return s.NO_ROOM
             done, steps = count, steps + ready
             store64(record, s.TASK_COUNT, count)
-        store64(record, s.TASK_EDGES, count)
+        store64(record, s.TASK_EDGES, stored)
         store64(record, s.TASK_CROSSING, crossing)
         store64(thread, s.ENTRIES, load64(thread, s.ENTRIES) + count)
         store64(thread, s.STEPS, load64(thread, s.STEPS) + steps)

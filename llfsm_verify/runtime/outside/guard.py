@@ -1,7 +1,7 @@
 """An outside guard: watches the frames of a run, and gives commands when one of them violates a property.
 
 It waits for nothing but frames and answers, so a command that waits for its cycle does not keep it from looking at the
-next frames. `guarding/reaction_time.py` says how late its reaction is at worst; whether it was as quick as that assumes
+next frames. `reaction_time.py` says how late its reaction is at worst; whether it was as quick as that assumes
 is measured here.
 """
 
@@ -13,7 +13,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.guarding.reaction_time import Order, Pace, reaction_time
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.deciding.frames import FrameMonitors
@@ -21,6 +20,7 @@ from llfsm_verify.runtime.deciding.recordings import Decided
 from llfsm_verify.runtime.live.forks import readable
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER
 from llfsm_verify.runtime.live.slots import inputs_of
+from llfsm_verify.runtime.outside.reaction_time import Order, Pace, reaction_time
 from llfsm_verify.runtime.whiteboard.client import SECONDS, PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.posts import Refused, by_name, operated

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from itertools import islice
 from pathlib import Path
+from random import Random
 
 import jsonschema
 import pytest
@@ -13,6 +15,8 @@ from llfsm_verify.extensions.sweep.plan import plan
 from llfsm_verify.extensions.sweep.reading import SWEEP, read_sweep
 from llfsm_verify.report.schema import SCHEMAS
 from tests.extensions.sweep.counting import written
+from tests.fuzzing.mutating import Words, mutate_gently, mutate_text
+from tests.quick import examples
 
 A = "arrangements: [a.yaml]\n"
 WRONG: dict[str, tuple[str, str, int, int, str]] = {
@@ -173,3 +177,33 @@ def test_the_schema_has_the_keys_and_takes_what_is_read(tmp_path: Path) -> None:
     assert not list(checker.iter_errors(example))
     for name in ("unknown key", "no arrangement", "no end", "key of a range", "no list of exclusions", "no values"):
         assert list(checker.iter_errors(yaml.safe_load(WRONG[name][0]))), name
+
+
+WHOLE = """\
+arrangements: [a.yaml, "b/*.yaml"]
+properties: [p.ltl, q.ltl]
+constants: {LIMIT: {from: 1, to: 0x9, step: 4}}
+parameters: {left.total: n}
+initial:
+  step: {from: 0, to: 0.3, step: 0.1}
+  flags: [[false, true], [true, true]]
+  light: [RED, GREEN]
+exclude: [{LIMIT: [1, 5], arrangements: b/faulty.yaml, properties: "q*"}, {light: RED}]
+options: {engine: explicit, timeout: 10 s, memory: 1 GiB, strict: true, accept_vacuity: [few]}
+"""
+
+
+@pytest.mark.slow
+def test_files_that_were_changed_at_random_are_read_or_refused(tmp_path: Path) -> None:
+    path = written(tmp_path, WHOLE)
+    words = Words((*re.findall(r"[^\s:,]+", WHOLE), "-1", "1e9", "999999999999999999", "**", "..", "/", "~"), (WHOLE,))
+    refused: list[str] = []
+    for number in range(examples(120)):
+        random = Random(f"sweep {number}")
+        text = mutate_gently(random, WHOLE) if number % 2 else mutate_text(random, WHOLE, words)
+        path.write_bytes(text.encode("utf-8", "surrogatepass"))
+        try:
+            plan(read_sweep(path))
+        except DiagnosticError as error:
+            refused += [diagnostic.render() for diagnostic in error.diagnostics]
+    assert len(refused) > 10 and all(refused)

@@ -11,12 +11,12 @@ import pytest
 
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.guarding.reaction_time import Order, Pace, reaction_time
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.runtime.deciding.frames import FrameMonitors
 from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.live.slots import Slot
 from llfsm_verify.runtime.outside.guard import Acted, OutsideGuard, Sent
+from llfsm_verify.runtime.outside.reaction_time import Order, Pace, reaction_time
 from llfsm_verify.runtime.whiteboard.client import PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.places import socket_path
 from llfsm_verify.runtime.whiteboard.segment import Attached, Segment
