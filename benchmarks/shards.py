@@ -34,8 +34,8 @@ CACHE = 1 << 16
 PARENT_BYTES, LETTER_BYTES = 4, 4
 """What goes with the words of a successor: who sends it, and what the step shows."""
 HEADINGS = ["space", "configurations", "levels", *(f"{shards} shards" for shards in SHARDS), "largest"]
-"""A cell of shards: successors that cross, those of them that the cache lets through, and MB that a shard sends a second
-while it expands nodes at the speed of one core. `largest`: of 16 shards, beside the mean."""
+"""A cell of shards: successors that cross, those that the cache lets through, and MB a second of a shard that
+expands nodes at the speed of one core. `largest`: of 16 shards, beside the mean."""
 Words = NDArray[np.uint64]
 
 
@@ -68,7 +68,7 @@ class Traffic:
 
 def spaces() -> Iterable[tuple[str, Arrangement]]:
     """What is explored."""
-    for name in ("traffic_lights", "microwave", "vacuum"):
+    for name in ("microwave", "vacuum"):
         yield name, load_arrangement(str(ROOT / "models" / name / "arrangement.yaml"))
     for size in (5, 6):
         yield f"ring({size},3)", load_arrangement_text(ring(size, 3))

@@ -109,7 +109,8 @@ def front(results: Iterable[tuple[Task, list[Measurement]]]) -> str:
             peer, naive, shared = by_tool.get(spin.NAME), by_tool.get(NAIVE), by_tool.get(ours.SHARED)
             lines.append([
                 f"{task.name}, {task.question}", _count(mine.states), f"{mine.whole_cpu:.2f}, {mine.search_cpu:.2f}",
-                _bytes(mine), _faster(mine, shared), _bytes(shared), _beside(mine, peer), _bytes(peer), _beside(mine, naive),
+                _bytes(mine), _faster(mine, shared), _bytes(shared), _beside(mine, peer), _bytes(peer),
+                _beside(mine, naive),
             ])  # fmt: skip
     return writing.markdown(FRONT, lines)
 
