@@ -34,7 +34,7 @@ from llfsm_verify.arrangement.formats.writing import Actions as StateActions
 from llfsm_verify.arrangement.formats.writing import Editor, Edits, NewMachine, NewState, Uneditable, Writer
 from llfsm_verify.arrangement.formats.writing import Value as DocumentValue
 from llfsm_verify.arrangement.granting import policy_digest
-from llfsm_verify.arrangement.kinds import kind_of
+from llfsm_verify.arrangement.kinds import kind_of, other_kind
 from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.arrangement.model import ACTION_KINDS, ActionKind, Arrangement, Machine
 from llfsm_verify.arrangement.plants import PLANTS, Plant, UsedPlant
@@ -875,6 +875,7 @@ __all__ = [
     "operators",
     "order_of",
     "other_arrangement",
+    "other_kind",
     "output_argument",
     "parse_actions",
     "parse_guard",

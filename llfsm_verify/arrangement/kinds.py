@@ -7,7 +7,7 @@ from typing import Literal
 
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
 
-Kind = Literal["arrangement", "machine", "policy", "properties", "trace", "theory"]
+Kind = Literal["arrangement", "machine", "policy", "properties", "sweep", "trace", "theory"]
 
 # A key at the left margin with a block or a flow collection after it.
 _BLOCK = r"^{}[ \t]*:[ \t]*(?:[#&{{\[].*)?\r?$"
@@ -15,6 +15,7 @@ _ARRANGEMENT = re.compile(_BLOCK.format("(?:machines|schedule|processes|whiteboa
 _STATES = re.compile(_BLOCK.format("states"), re.MULTILINE)
 _MACHINE = re.compile(r"^machine[ \t]*:[ \t]*\w+[ \t]*(?:#.*)?\r?$", re.MULTILINE)
 _TRACE = re.compile(r"^trace[ \t]*:[ \t]*[0-9]+[ \t]*\r?$", re.MULTILINE)
+_SWEEP = re.compile(r"^arrangements[ \t]*:(?=\s)", re.MULTILINE)
 _POLICY = re.compile(r"^levels[ \t]*:(?=\s|$)", re.MULTILINE)
 _THEORY = re.compile(r"(?:^[ \t]*|\.[ \t]+)(?:name|input|output)[ \t]*\{", re.MULTILINE)
 _KEYS = "(?:machines?|states|schedule|processes|whiteboard)"
@@ -34,6 +35,7 @@ NAMES: dict[Kind, str] = {
     "machine": "a machine file",
     "policy": "a policy file",
     "properties": "a property file",
+    "sweep": "a sweep",
     "theory": "a theory",
     "trace": "a trace file",
 }
@@ -45,6 +47,8 @@ _HINTS: dict[tuple[Kind, Kind], str] = {
     ("arrangement", "properties"): "name the arrangement before it: `llfsm-verify ARRANGEMENT {file}`",
     ("arrangement", "machine"): "write an arrangement that names it (`machines: {{m: {{file: …}}}}`, `schedule: [m]`), "
     "and give that one",
+    ("arrangement", "sweep"): "call `llfsm sweep {file}`",
+    ("sweep", "arrangement"): "name it in a sweep (`arrangements: [{file}]`), or call `llfsm verify {file}`",
     ("arrangement", "trace"): "call `llfsm replay {file}`",
     ("machine", "arrangement"): "name a file with `machine:` and `states:` here",
     ("properties", "arrangement"): "call `llfsm-verify ARRANGEMENT PROPERTIES`, with one arrangement",
@@ -62,6 +66,8 @@ def kind_of(source: Source) -> Kind | None:
         return "arrangement"
     if _MACHINE.search(text) and _STATES.search(text):
         return "machine"
+    if _SWEEP.search(text):
+        return "sweep"
     if _THEORY.search(text) or source.name.endswith(".d"):
         return "theory"
     start, end = _first_line(text)

@@ -47,7 +47,7 @@ def arguments(parser: CommandParser) -> None:
 
 
 def run(options: Namespace) -> int:
-    """Sweep and report; the exit code. DiagnosticError: wrong files, or the scheduler was lost (after the report)."""
+    """Sweep and report; the exit code, 3 also where the scheduler was lost. DiagnosticError: wrong files."""
     given = Path(options.sweep)
     results = Path(options.results) if options.results else given.with_name(f"{given.stem}{RESULTS}")
     with StatusLine() as line, wrong_usage(Unregistered, "--scheduler: "):
@@ -62,7 +62,7 @@ def run(options: Namespace) -> int:
     output.plain({"text": lambda: rows.text(output.width), "json": rows.to_json, "csv": rows.csv}[options.format]())
     _say_where(rows, results, options.sweep)
     if isinstance(rows.stopped, DiagnosticError):
-        raise rows.stopped
+        tell(*rows.stopped.diagnostics)
     return rows.exit_code
 
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
-from itertools import islice, product
+from itertools import product
 from pathlib import Path
 
 from llfsm_verify import Diagnostic, DiagnosticError
 from llfsm_verify.extensions.sweep.codes import IDLE_EXCLUSION, NO_NAME, WRONG_EXCLUSION
-from llfsm_verify.extensions.sweep.reading import ARRANGEMENT, PROPERTIES, Axis, Given, SweepFile
+from llfsm_verify.extensions.sweep.reading import ARRANGEMENT, PROPERTIES, Given, SweepFile
 from llfsm_verify.extensions.sweep.spelling import words
 from llfsm_verify.extensions.sweep.task import Task, ValueKind
 from llfsm_verify.extensions.sweep.values import NoSuchName, with_nodes
@@ -28,6 +28,7 @@ from llfsm_verify.plug import (
     Span,
     bind,
     did_you_mean,
+    doubts,
     mark,
     parse_properties,
     properties_beside,
@@ -37,7 +38,7 @@ from llfsm_verify.plug import (
 )
 
 LOOKED_AT = 1_000
-"""Combinations up to which each one is loaded before anything starts; of more, each value with the first others."""
+"""Combinations up to which each one is loaded before anything starts; of more, each value once."""
 MOST_SAID = 20
 
 
@@ -91,22 +92,23 @@ def plan(sweep: SweepFile) -> Plan:
             Diagnostic(WRONG_EXCLUSION, "everything is excluded", sweep.exclude[0].place, hint="leave one of them out")
         )
     files = _Files(sweep)
-    _look_through(sweep, files, chosen)
-    return Plan(sweep, tuple(files.combination(i, row) for i, row in enumerate(chosen, 1)), idle)
+    doubted = _look_through(files, chosen)
+    return Plan(sweep, tuple(files.combination(i, row) for i, row in enumerate(chosen, 1)), (*idle, *doubted))
 
 
-def _look_through(sweep: SweepFile, files: _Files, chosen: Sequence[Mapping[str, Given]]) -> None:
-    """DiagnosticError: combinations that cannot be loaded, or whose properties do not fit."""
-    some: Iterable[Mapping[str, Given]] = chosen if len(chosen) <= LOOKED_AT else _variations(sweep)
+def _look_through(files: _Files, chosen: Sequence[Mapping[str, Given]]) -> tuple[Diagnostic, ...]:
+    """Warnings about properties. DiagnosticError: combinations that cannot be loaded, whose properties do not fit."""
     found: dict[tuple[str, str, int], Diagnostic] = {}
     bound: set[tuple[str, str]] = set()
-    for row in some:
+    doubted: dict[str, Diagnostic] = {}
+    for row in _some(chosen):
         try:
             arrangement = files.resolved(row)
             together = str(row[ARRANGEMENT].value), str(row[PROPERTIES].value) if PROPERTIES in row else ""
             if together not in bound:
                 bound.add(together)
                 bind(arrangement, files.properties(row))
+                doubted |= {each.render(): each for each in doubts(arrangement, files.properties(row))}
         except DiagnosticError as error:
             for each in error.diagnostics:
                 said = each if each.span is None or _is_ours(each.span, row) else _with_values(each, row)
@@ -116,21 +118,21 @@ def _look_through(sweep: SweepFile, files: _Files, chosen: Sequence[Mapping[str,
                 break
     if found:
         raise DiagnosticError(found.values())
+    return tuple(doubted.values())
 
 
-def _variations(sweep: SweepFile) -> Iterator[dict[str, Given]]:
-    """Of each axis every value (of a long one LOOKED_AT, and its last), with the first ones of the others, in each
-    arrangement."""
-    first = {axis.name: next(iter(axis.values)) for axis in sweep.axes}
-    for file in sweep.axes[0].values:
-        for axis in sweep.axes[1:]:
-            some = list(islice(axis.values, LOOKED_AT // 10)) if len(axis.values) > LOOKED_AT else list(axis.values)
-            last = [_last(axis)] if len(some) < len(axis.values) else []
-            yield from ({**first, ARRANGEMENT: file, axis.name: value} for value in [*some, *last])
-
-
-def _last(axis: Axis) -> Given:
-    return next(islice(axis.values, len(axis.values) - 1, None))
+def _some(chosen: Sequence[Mapping[str, Given]]) -> Sequence[Mapping[str, Given]]:
+    """Few enough to be loaded: of many, those in which an arrangement has a value for the first time."""
+    if len(chosen) <= LOOKED_AT:
+        return chosen
+    seen: set[tuple[str, str, str]] = set()
+    found = []
+    for row in chosen:
+        new = {(str(row[ARRANGEMENT].value), name, words(given.value)) for name, given in row.items()}
+        if not new <= seen:
+            seen |= new
+            found.append(row)
+    return [*found[:LOOKED_AT], found[-1]]
 
 
 def _is_ours(span: Span, row: Mapping[str, Given]) -> bool:

@@ -40,6 +40,7 @@ from llfsm_verify.plug import (
     is_arrangement,
     mark,
     node_of_data,
+    other_kind,
     parse_size,
     read_source,
     schema_of,
@@ -163,7 +164,10 @@ def read_sweep(given: str | Path | Mapping[str, object]) -> SweepFile:
         root, _ = node_of_data(given, report.diagnostics, path)
     else:
         path, folder = str(given), Path(given).parent
-        root = compose(read_source(given)[0], report.diagnostics)
+        source, _ = read_source(given)
+        if (other := other_kind(source, "sweep")) is not None:
+            raise DiagnosticError(other)
+        root = compose(source, report.diagnostics)
     found = _Reader(report, path, folder).file(root)
     if report.diagnostics or found is None:
         raise DiagnosticError(sorted(report.diagnostics, key=lambda d: d.span.start if d.span else 0)[:50])

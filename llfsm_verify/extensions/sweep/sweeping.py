@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 ORDER = (70, 130, 5, 3, 1, 4, 0)
 """Exit codes, the most important one first."""
-INTERRUPTED = 130
+INTERRUPTED, BAD_INPUT = 130, 3
 
 
 class Rows(Sequence[Row]):
@@ -56,8 +56,10 @@ class Rows(Sequence[Row]):
 
     @property
     def exit_code(self) -> int:
-        """The most important one of all rows; 130 where it was interrupted."""
-        codes = {row.exit_code for row in self.rows} | ({INTERRUPTED} if self.stopped is not None else {0})
+        """The most important one of all rows; 130 where it was interrupted, 3 where its scheduler
+        was lost."""
+        ended = {KeyboardInterrupt: INTERRUPTED, DiagnosticError: BAD_INPUT}.get(type(self.stopped), 0)
+        codes = {ended, *(row.exit_code for row in self.rows)}
         return next((code for code in ORDER if code in codes), max(codes))
 
     def text(self, width: int = 120) -> str:

@@ -28,7 +28,8 @@ class DaskCluster:
 
     def __enter__(self) -> Self:
         told = self.folder / "scheduler.json"
-        self.scheduler = self._start("dask_scheduler", "--port", "0", "--no-dashboard", "--scheduler-file", str(told))
+        words = ("--port", "0", "--no-dashboard", "--idle-timeout", "600 s", "--scheduler-file", str(told))
+        self.scheduler = self._start("dask_scheduler", *words)
 
         def found() -> str:
             with suppress(OSError, ValueError):

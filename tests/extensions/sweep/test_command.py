@@ -62,6 +62,24 @@ def test_a_wrong_sweep_is_exit_code_3(tmp_path: Path) -> None:
     assert llfsm("sweep", str(tmp_path / "none.yaml")).returncode == 3
 
 
+def test_files_in_each_others_place_are_one_mistake(tmp_path: Path) -> None:
+    path = written(tmp_path, TEXT)
+    for command, file, said in (
+        ("lint", path, "call `llfsm sweep"),
+        ("sweep", tmp_path / "a.yaml", "name it in a sweep"),
+    ):
+        found = llfsm(command, str(file))
+        assert found.returncode == 3 and found.stderr.count("error[") == found.stderr.count("error[E019]") == 1
+        assert said in found.stderr
+
+
+@pytest.mark.slow
+def test_what_may_be_meant_otherwise_is_said_once(tmp_path: Path) -> None:
+    path = written(tmp_path, TEXT.replace("q.ltl", "p.ltl"), p_ltl="few: n <= 5\n")
+    found = llfsm("sweep", str(path), "--jobs", "1", "--format", "csv")
+    assert found.stderr.count("warning[W302]") == 1 and found.stdout.count("\n") == 3
+
+
 @pytest.mark.slow
 def test_limits_of_the_command_are_those_of_each_check(tmp_path: Path) -> None:
     found = llfsm("sweep", str(written(tmp_path, TEXT)), "--timeout", "1e-6", "--jobs", "1", "--format", "json")
