@@ -2,7 +2,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-JOBS ?= 2
+# As many as processors, unless JOBS says another number: make test JOBS=2
+JOBS ?= $(or $(shell nproc 2>/dev/null),$(shell getconf _NPROCESSORS_ONLN 2>/dev/null),2)
 # Each worker begins with its own part of the tests, so that what tests of a file share is made once.
 PYTEST := $(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
 # What `make check ROOM=runtime/live` looks at; without ROOM it looks at everything.
@@ -43,6 +44,7 @@ soak: $(VENV)/.test ## Random checks at length, on fresh examples: hours; SOAK=1
 	$(COMPILE)
 	LLFSM_FRESH=1 $(PYTEST) --timeout=0 -o faulthandler_timeout=0
 	$(BIN)/python -m tests.verification.agreeing $(shell expr 10 '*' $(SOAK)) $(or $(SEED),1)
+	$(BIN)/python -m tests.kripke.threads $(shell expr 5 '*' $(SOAK)) $(or $(SEED),1)
 	$(BIN)/python -m tests.oracle.judging $(shell expr 10 '*' $(SOAK)) $(or $(SEED),1)
 	$(BIN)/python -m tests.extensions.checkers.compare $(SOAK) $(or $(SEED),1)
 	$(BIN)/python -m tests.fuzzing $(shell expr 100 '*' $(SOAK)) $(or $(SEED),1)

@@ -40,8 +40,10 @@ class Usage:
 
 
 def run(command: Sequence[str], *, timeout: float, cwd: Path | None = None) -> Usage:
-    """Run `command` to its end; Python keeps bytecode, as it does for users. Raises ChildFailed when there is no such program, and TooLong when it takes longer than
-    `timeout` seconds."""
+    """Run `command` to its end; Python keeps bytecode, as it does for users.
+
+    Raises ChildFailed when there is no such program, and TooLong when it takes longer than `timeout` seconds.
+    """
     with (
         tempfile.TemporaryFile() as output,
         tempfile.TemporaryFile() as errors,

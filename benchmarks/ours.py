@@ -93,7 +93,8 @@ def main(arguments: list[str]) -> None:
     text = Path(arguments[1]).read_text(encoding="utf-8")
     asked = verify_parser().parse_args(arguments)
     options = Options(
-        keep_all_bits=asked.keep_all_bits, own=(ExplicitOptions(cone=asked.cone, compression=asked.compression),)
+        keep_all_bits=asked.keep_all_bits,
+        own=(ExplicitOptions(cone=asked.cone, compression=asked.compression, jobs=asked.jobs),),
     )
     verify(load_arrangement_text(ring(2, 2)), parse_properties([Source("tiny.ltl", TINY)]), options, asked.engine)
     arrangement = load_arrangement(arguments[0])

@@ -10,6 +10,7 @@ from math import gcd
 from threading import Lock, Thread
 from time import perf_counter
 
+from llfsm_verify.backends.native.context import PREFIX, PROCESS, STEPPED
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.interrupts import whole
 from llfsm_verify.kripke.compiled import Kernels
@@ -141,7 +142,7 @@ class Sharing:
         if shared[s.CROSSED] >= 0:
             block[b.LEVEL_END] = shared[s.CROSSED]
             block[b.DEPTH] += 1
-        met = [m.faults() for m in members if m.block[s.FAULTED]]
+        met = [m.faults(self._faults) for m in members if m.block[s.FAULTED]]
         if met:
             first = [min((node for node in column if node >= 0), default=-1) for column in zip(*met, strict=True)]
             if block[b.OVERFLOW] < 0:
@@ -165,6 +166,8 @@ class Sharing:
             begin = -(-end // 16) * 8
             while begin < end and all(table[begin - 8 : begin]):
                 begin += 8
+            if begin >= end:
+                break
             self._shared[s.START], self._shared[s.MOVED_TO], self._shared[s.FAILED] = begin, end, 0
             self._all(s.SPREAD, -(-(end - begin) // s.SLOTS_EACH))
             end = begin
@@ -245,16 +248,18 @@ class _Member:
         self._end.acquire()
 
     def begin(self, faults: int) -> None:
-        """Forget the last chunk."""
+        """Forget the last chunk, and where its last steps were enumerated, if it was not expanded to the end."""
+        for word in (PREFIX, PROCESS, STEPPED):
+            self._context[word] = 0
         for word in (s.ENTRIES, s.STEPS, s.TRANSITIONS, s.CONFIGURATIONS):
             self.block[word] = 0
         if self.block[s.FAULTED]:
             ctypes.memset(self.block[s.FAULTS], 0xFF, 8 * faults)
             self.block[s.FAULTED] = 0
 
-    def faults(self) -> array[int]:
+    def faults(self, faults: int) -> array[int]:
         """For overflow and for each fault the first node that it happens from, or -1."""
-        return array("q", self._regions[5].read(0, self._regions[5].size))
+        return array("q", self._regions[5].read(0, 8 * faults))
 
     def close(self) -> None:
         """End the thread, and give the memory back."""

@@ -56,6 +56,7 @@ FILES = {
     "E412": "Standard output cannot be written.",
     "E490": "A report cannot be written there, or would replace a file that was read.",
     **CHECKPOINTS,
+    "E429": "A check of several was ended by a signal; what it would have found is unknown.",
     "E450": "A certificate cannot be written or read there.",
     "E451": "A certificate would replace a file that is an input of the check.",
     "E452": "Invariants cannot be written or read there.",

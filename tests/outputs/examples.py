@@ -450,6 +450,7 @@ for _name in OF_OTHERS.ours:
         PROVOKED |= import_module(f"tests.extensions.{_folder}.examples").PROVOKED
 
 ELSEWHERE = {
+    "E429": "needs a process to be killed: tests/cli/commands/check/test_jobs.py",
     "E165": "needs a running arrangement: tests/runtime/swapping/test_policies.py",
     "E489": "needs a running arrangement: tests/runtime/deciding/test_frames.py",
     "E406": "needs a package to be missing: tests/report/test_drawing.py",

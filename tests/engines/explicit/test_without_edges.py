@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.safety import is_invariant
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import bind
@@ -190,6 +191,8 @@ def test_which_automata_wait() -> None:
     assert kept("G (counter@A -> F G counter@B)") is None  # it waits in its first state for what is not so now
     assert kept("F G counter@A") is None
     assert kept("F counter@A") is None
+    begins_again = Automaton(("a",), ((Edge(0, 0, 0, 0), Edge(1, 0, 1, 0)), (Edge(0, 0, 0, 1),)), 1)
+    assert narrow.keeps_of(Reader(begins_again, Projection([0]))) is None
 
 
 @pytest.mark.slow

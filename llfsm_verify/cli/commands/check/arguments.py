@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from llfsm_verify.checking.engine_option import JOBS, word
 from llfsm_verify.cli.arguments import colour
 from llfsm_verify.cli.parser import Parser
 
@@ -21,5 +22,7 @@ def arguments(parser: Parser) -> None:
         default=["."],
         help="files, or folders and all that is below (default: this folder)",
     )
+    text = "check N arrangements at a time, or one with N threads (default: all processors)"
+    add("--jobs", metavar="N", type=word(JOBS.read or str), help=text)
     add("-q", "--quiet", action="store_true", help="print only what fails")
     colour(parser)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
 
@@ -13,12 +16,15 @@ from llfsm_verify.arrangement.files import MAX_FILE_BYTES, read_source
 from llfsm_verify.arrangement.formats import ARRANGEMENTS
 from llfsm_verify.arrangement.kinds import kind_of
 from llfsm_verify.checking.verdict import Options, Result
-from llfsm_verify.cli import report_failure
+from llfsm_verify.cli import INTERRUPTED, UNKNOWN, report_failure
+from llfsm_verify.cli.commands.check.forks import Forks
 from llfsm_verify.cli.inputs import files_read
 from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.io.verdicts import EarlyVerdicts
 from llfsm_verify.cli.opening import open_arrangement, told
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, hint_of_near, without_controls
+from llfsm_verify.engines.explicit.options import ExplicitOptions
+from llfsm_verify.limits import Limits, default_memory, processors
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import names_file
 from llfsm_verify.logic.reading import read_source as read_property_source
@@ -26,6 +32,13 @@ from llfsm_verify.verification.verify import verify
 
 ORDER = (70, 130, 5, 3, 1, 4, 0)
 """Exit codes, the most important one first."""
+AHEAD = (
+    "llfsm_verify.arrangement.formats.documents", "llfsm_verify.arrangement.formats.yaml",
+    "llfsm_verify.arrangement.resolve.arrangement", "llfsm_verify.engines.explicit.engine",
+    "llfsm_verify.kripke.sharing",
+    "llfsm_verify.report.text", "llfsm_verify.verification.harness", "llfsm_verify.verification.portfolio", "yaml",
+)  # fmt: skip
+"""Modules that each check imports, or most."""
 _MACHINES = re.compile(r"^machines[ \t]*:", re.MULTILINE)
 
 
@@ -35,20 +48,56 @@ def run(options: Namespace) -> int:
     Raises DiagnosticError for a path that is not there (E001) and a folder that cannot be read (E002).
     """
     output = Output(options.color, options.width)
+    paths = _arrangements(options.paths)
+    jobs = min(options.jobs or processors(), len(paths))
     codes = {0}
-    for path in _arrangements(options.paths):
-        properties = properties_beside(path)
-        title = " ".join(map(str, [path, *properties]))
-        try:
-            result = _check(path, properties, quiet=options.quiet)
-        except Exception as error:  # noqa: BLE001 - what is wrong with one arrangement does not hide the others
-            codes.add(report_failure(error, options, str(path)))
-            continue
-        _show(title, result, output, quiet=options.quiet)
-        codes.add(result.exit_code)
-        if output.closed or result.interrupted:
+    for code in _in_turn(paths, options, output) if jobs <= 1 else _at_once(paths, jobs, options, output):
+        codes.add(code)
+        if output.closed or code == INTERRUPTED:
             break
     return next(code for code in ORDER if code in codes)
+
+
+def _in_turn(paths: Sequence[Path], options: Namespace, output: Output) -> Iterator[int]:
+    """Check one arrangement after the other; the exit code of each."""
+    wanted = Options(own=(ExplicitOptions(jobs=options.jobs),))
+    return (_checked(path, wanted, options, output) for path in paths)
+
+
+def _at_once(paths: Sequence[Path], jobs: int, options: Namespace, output: Output) -> Iterator[int]:
+    """The same in so many processes at a time, which share the memory and print in the order of the arrangements."""
+    wanted = Options(Limits(memory=default_memory() // jobs), own=(ExplicitOptions(jobs=1),))
+    assert output.width  # that of our terminal, which forks do not see
+    import_ahead()
+    forks = Forks(len(paths), jobs, lambda number: _checked(paths[number], wanted, options, output))
+    for done in forks.results():
+        output.plain(done.said)
+        if done.code < 0:
+            message = f"the check was ended by the signal {-done.code} ({signal.strsignal(-done.code)})"
+            hint = "where memory is short, `--jobs 1` checks one arrangement at a time"
+            tell(Diagnostic("E429", message, hint=hint, file=str(paths[done.number])))
+        yield done.code if done.code >= 0 else UNKNOWN
+
+
+def import_ahead() -> None:
+    """Import what most checks use, once for all forks; the kernels as well."""
+    for name in AHEAD:
+        import_module(name)
+    from llfsm_verify.kripke.compiled import kernels
+
+    kernels().load("explore_1", "explore_2")
+
+
+def _checked(path: Path, wanted: Options, options: Namespace, output: Output) -> int:
+    """Check one arrangement, and show the result; the exit code."""
+    properties = properties_beside(path)
+    title = " ".join(map(str, [path, *properties]))
+    try:
+        result = _check(path, properties, wanted, quiet=options.quiet)
+    except Exception as error:  # noqa: BLE001 - what is wrong with one arrangement does not hide the others
+        return report_failure(error, options, str(path))
+    _show(title, result, output, quiet=options.quiet)
+    return result.exit_code
 
 
 def properties_beside(arrangement: Path) -> list[Path]:
@@ -59,11 +108,11 @@ def properties_beside(arrangement: Path) -> list[Path]:
     return [path for path in named if path.is_file()]
 
 
-def _check(path: Path, properties: Sequence[Path], *, quiet: bool) -> Result:
+def _check(path: Path, properties: Sequence[Path], wanted: Options, *, quiet: bool) -> Result:
     arrangement = open_arrangement(str(path))
     asked = told(parse_properties([read_property_source(file) for file in properties]), arrangement)
     with EarlyVerdicts((p.name for p in asked.goals), str(path)) as early:
-        return verify(arrangement, asked, Options(decided=None if quiet else early.add))
+        return verify(arrangement, asked, replace(wanted, decided=None if quiet else early.add))
 
 
 def _show(title: str, result: Result, output: Output, *, quiet: bool) -> None:

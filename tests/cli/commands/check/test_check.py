@@ -87,7 +87,7 @@ def test_a_folder_that_cannot_be_read_is_told(folder, monkeypatch):
 
     monkeypatch.setattr("os.scandir", scandir)
     with pytest.raises(DiagnosticError) as refused:
-        check(Namespace(paths=["model"], color="never", width=None, quiet=False))
+        check(Namespace(paths=["model"], color="never", width=None, quiet=False, jobs=None))
     assert [d.code for d in refused.value.diagnostics] == ["E002"]
 
 

@@ -1,0 +1,115 @@
+"""`--jobs N`: what a search finds, says and saves does not depend on the number of its threads."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from benchmarks.ring import ring
+from llfsm_verify.arrangement.loader import load_arrangement_text
+from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.limits import Budget, Limits
+from llfsm_verify.semantics.lowering import lower
+from tests.cli.running import llfsm
+from tests.kripke.threads import JOBS, Knobs, contents, divided, run, timeless
+from tests.models.cases import CASES, CaseStudy
+from tests.quick import examples, many, share
+
+LARGE = {
+    "komodo_arm", "reasoned_lights", "batman", "ball_conditions", "vacuum", "press", "fruit_picking",
+    "takeover", "robocup",
+}  # fmt: skip
+
+
+@pytest.fixture
+def busy() -> Iterator[None]:
+    """Two processes beside this one that take what they get."""
+    processes = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2)]
+    yield
+    for process in processes:
+        process.kill()
+        process.wait()
+
+
+@pytest.mark.slow
+def test_random_arrangements() -> None:
+    assert run(examples(24), kinds=("threads at work",))["cases"]
+
+
+@pytest.mark.long
+def test_many_random_arrangements() -> None:
+    assert run(many(500))["cases"]
+
+
+@pytest.mark.slow
+def test_random_arrangements_beside_busy_processes(busy: None) -> None:
+    assert run(examples(4), kinds=("threads at work",))["cases"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("edges", [True, False])
+@pytest.mark.parametrize("delay", [0, 12345])
+def test_a_table_that_grows(edges: bool, delay: int) -> None:
+    """Slots are moved by several threads; 44,955 configurations."""
+    program = lower(load_arrangement_text(ring(5, 3)), ())
+    found = []
+    with divided(Knobs(smallest=1000, entries=5000, stride=7, delay=delay)):
+        for jobs in JOBS:
+            explorer = Explorer(program, Budget(Limits()), with_edges=edges, jobs=jobs)
+            explorer.explore(9_999)
+            explorer.explore(None)
+            found.append(contents(explorer))
+            explorer.close()
+    assert found[1:] == found[:1] * 2
+    assert found[0]["counts"][0] == 44_955  # type: ignore[index]
+
+
+def _case_studies() -> Iterator[object]:
+    for number, case in enumerate(CASES):
+        for file in sorted(case.arrangement.parent.glob("*.yaml")):
+            if ".machine." in file.name or not (file.stem == "arrangement" or file.stem.startswith("faulty")):
+                continue
+            is_long = case.model in LARGE or file.stem != "arrangement"
+            if file.stem != "arrangement" and not share(number, 3):
+                continue
+            marks = pytest.mark.long if is_long else pytest.mark.slow
+            yield pytest.param(case, file, marks=marks, id=f"{case.model}/{file.stem}")
+
+
+@pytest.mark.parametrize(("case", "file"), [*_case_studies()])
+def test_case_studies(case: CaseStudy, file: Path, tmp_path: Path) -> None:
+    """Verdicts, traces and counts, as users see them."""
+    said = []
+    with divided(Knobs(smallest=64, entries=1 << 12)):
+        for jobs in JOBS:
+            traces = tmp_path / str(jobs)
+            done = llfsm(
+                "verify", str(file), str(case.property_file), "--engine", "explicit", "--jobs", str(jobs),
+                "--format", "json", "--save-traces", str(traces), "--max-states", "300000",
+            )  # fmt: skip
+            texts = {path.name: path.read_text() for path in traces.glob("*")}
+            said.append((done.returncode, timeless(json.loads(done.stdout)), {n: _here(t) for n, t in texts.items()}))
+    assert said[1:] == said[:1] * 2
+    assert said[0][0] in (0, 1)
+
+
+def _here(text: str) -> str:
+    """Without the way from the traces to the model."""
+    return re.sub(r"(\.\./)+", "", text)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc").exists(), reason="threads of a process are counted in /proc")
+def test_a_search_ends_its_threads() -> None:
+    before = len(list(Path("/proc/self/task").iterdir()))
+    with divided(Knobs()):
+        explorer = Explorer(lower(load_arrangement_text(ring(4, 3)), ()), Budget(Limits()), jobs=8)
+        explorer.explore(None)
+        explorer.close()
+    assert len(list(Path("/proc/self/task").iterdir())) <= before
