@@ -1,4 +1,8 @@
-"""A scheduler of Dask, by its executor for `concurrent.futures`; workers get the tasks with all their texts."""
+"""A scheduler of Dask, by its executor for `concurrent.futures`; workers get the tasks with all their texts.
+
+Dask gives up a task when several workers died that had it, also where it waited behind the one that ends them. So each
+that was given up is tried again at the end, when nothing else is under way.
+"""
 
 from __future__ import annotations
 
@@ -65,6 +69,15 @@ class Cluster:
         executor = self._client.get_executor(pure=False)
         running: dict[Future[R], T] = {}
         waiting, ours = iter(tasks), versions()
+        suspects: list[T] = []
+        alone: Future[R] | None = None
+
+        def submit(task: T) -> Future[R]:
+            names = {"wanted": ours, "work": pickle.dumps((call, task))}
+            future: Future[R] = executor.submit(eval, PERFORM, names)
+            running[future] = task
+            return future
+
         most, looked, some = 0, -LOOK, time.monotonic()
         try:
             while True:
@@ -78,14 +91,20 @@ class Cluster:
                         task = next(waiting)
                     except StopIteration:
                         break
-                    names = {"wanted": ours, "work": pickle.dumps((call, task))}
-                    running[executor.submit(eval, PERFORM, names)] = task
+                    submit(task)
                 if most and not running:
-                    return
+                    if not suspects:
+                        return
+                    alone = submit(suspects.pop())
+                if not running:
+                    time.sleep(LOOK / 10)  # until there are workers again
                 for future in wait(running, LOOK, FIRST_COMPLETED).done:
-                    found = self._end_of(future)
-                    ended(running.pop(future), found)
-        except KeyboardInterrupt:
+                    found, task = self._end_of(future), running.pop(future)
+                    if isinstance(found, LostTask) and future is not alone:
+                        suspects.append(task)  # or what else its workers had to do
+                    else:
+                        ended(task, found)
+        except (KeyboardInterrupt, DiagnosticError):
             for future, task in running.items():
                 if future.done() and not future.cancelled() and future.exception() is None:
                     ended(task, future.result())
@@ -95,9 +114,11 @@ class Cluster:
 
     def close(self) -> None:
         """See `Scheduler`."""
+        connected = self._client.status == "running"
         with suppress(Exception):
-            self._client.close(timeout=ANSWER if self._client.status == "running" else 0.1)
-        self._logger.setLevel(self._level)
+            self._client.close(timeout=ANSWER if connected else 0.1)
+        if connected:  # else it goes on in a thread, and has more to say
+            self._logger.setLevel(self._level)
 
     def _end_of(self, future: Future[R]) -> R | LostTask:
         if future.cancelled():
@@ -106,9 +127,7 @@ class Cluster:
         if error is None:
             return future.result()
         if isinstance(error, KilledWorker):
-            return LostTask(
-                f"it was tried on several workers, and each died ({error.last_worker.address} was the last)"
-            )
+            return LostTask(f"several workers tried it, and each died: {error.last_worker.address} was the last")
         self._compare()
         said = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
         hint = f"install the same llfsm-verify there as here, {version(PACKAGES[0])}; {RESUME}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import pickle
 import sys
+import tempfile
 import threading
 from collections.abc import Callable
 from contextlib import suppress
@@ -38,40 +39,50 @@ def versions() -> tuple[str, ...]:
 
 
 def performed(wanted: tuple[str, ...], work: bytes) -> object:
-    """What the pickled `work`, a call and its task, gives; None: it was cancelled. OtherVersion: these are not the
-    `wanted` versions."""
+    """What the pickled `work`, a call and its task, gives. OtherVersion: these are not the `wanted` versions.
+
+    Where the task is cancelled, the call is interrupted as by Ctrl-C; Reschedule: if it is wanted again meanwhile.
+    """
+    from distributed import Reschedule
+
     if versions() != wanted:
         raise OtherVersion(versions())
     call, task = pickle.loads(work)  # noqa: S301 - who may give tasks to a worker may let it do anything
-    lock, done, thread = threading.Lock(), threading.Event(), threading.get_ident()
+    lock, ended, stopped, thread = threading.Lock(), threading.Event(), threading.Event(), threading.get_ident()
     cancelled = _cancellation()
 
     def watch() -> None:
-        while not done.wait(LOOK):
+        while not ended.wait(LOOK):
             with lock:
-                if not done.is_set() and cancelled():
-                    ctypes.pythonapi.PyThreadState_SetAsyncExc(
-                        ctypes.c_ulong(thread), ctypes.py_object(KeyboardInterrupt)
-                    )
+                if not ended.is_set() and cancelled():
+                    stopped.set()
+                    interrupt = ctypes.py_object(KeyboardInterrupt)
+                    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), interrupt)
                     return
 
     threading.Thread(target=watch, daemon=True).start()
+    found: object = None
     try:
         try:
-            return call(task)
+            found = call(task)
         finally:
             with lock:
-                done.set()
+                ended.set()
     except KeyboardInterrupt:
-        return None
+        stopped.set()
+    if stopped.is_set():
+        raise Reschedule
+    return found
 
 
 def _cancellation() -> Callable[[], bool]:
-    """Whether the task of this thread, which a worker performs, is wanted by nobody any more."""
+    """Whether the task of this thread, which a worker performs, is wanted by nobody any more. Its temporary files are
+    in the worker's folder."""
     from distributed import get_worker
 
     with suppress(ValueError, AttributeError):
         worker = get_worker()
+        tempfile.tempdir = worker.local_directory  # which Dask removes, also where the worker was killed
         tasks, key = worker.state.tasks, worker.get_current_task()
         return lambda: key not in tasks or tasks[key].state == "cancelled"
     return lambda: False
