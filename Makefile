@@ -64,7 +64,7 @@ bench-executor: $(VENV)/.verify ## Speed of the executor, of its compiler, and o
 	$(BIN)/python benchmarks/compiling.py
 	$(BIN)/python -m benchmarks.images
 
-bench-running: $(VENV)/.verify ## Runs and whiteboards beside ROS 1 (where installed), queues, raw memory; WRITE=docs/benchmarks.md
+bench-running: $(VENV)/.verify ## Runs and whiteboards beside ROS 1 (where installed), queues, raw memory; WRITE=benchmarks/running.md
 	$(BIN)/python -m benchmarks.running $(if $(WRITE),--write $(WRITE))
 
 docs: $(VENV)/.docs ## The pages of docs/ as a site in build/site, with the reference of `import llfsm_verify`

@@ -22,22 +22,24 @@ from benchmarks.tasks import Task
 
 TIMEOUT = 900
 NAME = "llfsm-verify"
+SHARED = f"{NAME}, 2 jobs"
 TINY = "tiny: G (m0@OFF -> F !m0@OFF)\n"
 
 
-def measure(task: Task, folder: Path, root: Path) -> Measurement:
-    """One measurement; files go to `folder`. Raises Wrong and ChildFailed."""
+def measure(task: Task, folder: Path, root: Path, *, shared: bool = False) -> Measurement:
+    """One measurement, of two threads where it is `shared`; files go to `folder`. Raises Wrong and ChildFailed."""
+    options = (*task.options, "--jobs", "2") if shared else task.options
     if isinstance(task.arrangement, Path):
         arrangement = str(task.arrangement)
     else:
         arrangement = str(_write(folder / "arrangement.yaml", task.arrangement))
     properties = str(_write(folder / "properties.ltl", task.properties))
-    command = [sys.executable, "-m", "llfsm_verify", "verify", arrangement, properties, *task.options]
+    command = [sys.executable, "-m", "llfsm_verify", "verify", arrangement, properties, *options]
     # The idle run comes first: it compiles the kernels, should they be new.
-    idle = _idle(folder, root, bool(task.properties), task.options)
+    idle = _idle(folder, root, bool(task.properties), options)
     whole = expect(run([*command, "--format", "json"], timeout=TIMEOUT, cwd=root), command, 0, 1)
     answer = json.loads(whole.output)
-    search = [sys.executable, "-m", "benchmarks.ours", arrangement, properties, *task.options]
+    search = [sys.executable, "-m", "benchmarks.ours", arrangement, properties, *options]
     alone = json.loads(expect(run(search, timeout=TIMEOUT, cwd=root), search, 0).output)
     verdicts = judge(task, answer)
     if alone["states"] != answer["states"]:
@@ -45,7 +47,7 @@ def measure(task: Task, folder: Path, root: Path) -> Measurement:
     counted = answer["complete"] and answer["counted"]
     states, transitions = (answer["states"], answer["transitions"]) if counted else (0, 0)
     return Measurement(
-        NAME, states, transitions, verdicts, whole.wall, whole.cpu,
+        SHARED if shared else NAME, states, transitions, verdicts, whole.wall, whole.cpu,
         alone["wall"], alone["cpu"], alone["build"], max(0, whole.peak - idle),
     )  # fmt: skip
 

@@ -32,8 +32,8 @@ HEADINGS = (
     "states/CPU s", "bytes/state", "whole", "search",
 )  # fmt: skip
 FRONT = [
-    "question", "states", "ours: whole, search", "bytes a state", "SPIN: whole, search", "bytes a state",
-    "plain Python",
+    "question", "states", "ours: whole, search", "bytes a state", "two jobs: whole, search", "bytes a state",
+    "SPIN: whole, search", "bytes a state", "plain Python",
 ]  # fmt: skip
 """Of the table in docs/benchmarks.md."""
 FEW = 100_000
@@ -59,6 +59,8 @@ def measure(task: Task, runs: int, with_spin: bool, all_runs: bool) -> list[Meas
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         tools: list[tuple[Callable[[], Measurement], int]] = [(lambda: ours.measure(task, folder, ROOT), runs)]
+        if task.shared:
+            tools.append((lambda: ours.measure(task, folder, ROOT, shared=True), runs))
         peer = task.peer
         if with_spin and peer is not None:
             tools.append((lambda: spin.measure(task, peer, folder), 1 if task.once and not all_runs else runs))
@@ -104,16 +106,24 @@ def front(results: Iterable[tuple[Task, list[Measurement]]]) -> str:
     for task, (mine, *others) in results:
         if task.front:
             by_tool = {m.tool: m for m in others}
-            peer, naive = by_tool.get(spin.NAME), by_tool.get(NAIVE)
+            peer, naive, shared = by_tool.get(spin.NAME), by_tool.get(NAIVE), by_tool.get(ours.SHARED)
             lines.append([
                 f"{task.name}, {task.question}", _count(mine.states), f"{mine.whole_cpu:.2f}, {mine.search_cpu:.2f}",
-                _bytes(mine), _beside(mine, peer), _bytes(peer), _beside(mine, naive),
+                _bytes(mine), _faster(mine, shared), _bytes(shared), _beside(mine, peer), _bytes(peer),
+                _beside(mine, naive),
             ])  # fmt: skip
     return writing.markdown(FRONT, lines)
 
 
 def _bytes(m: Measurement | None) -> str:
     return "" if m is None or m.states < FEW else f"{m.bytes_each:.0f}"
+
+
+def _faster(mine: Measurement, shared: Measurement | None) -> str:
+    """How many times as fast two jobs are on the clock."""
+    if shared is None:
+        return ""
+    return f"{mine.whole_wall / shared.whole_wall:.2f}×, {mine.search_wall / shared.search_wall:.2f}×"
 
 
 def _beside(mine: Measurement, other: Measurement | None) -> str:

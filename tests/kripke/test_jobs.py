@@ -19,7 +19,7 @@ from llfsm_verify.semantics.lowering import lower
 from tests.cli.running import llfsm
 from tests.kripke.threads import JOBS, Knobs, contents, divided, run, timeless
 from tests.models.cases import CASES, CaseStudy
-from tests.quick import examples, many, share
+from tests.quick import FRESH, examples, share
 
 LARGE = {
     "komodo_arm", "reasoned_lights", "batman", "ball_conditions", "vacuum", "press", "fruit_picking",
@@ -39,12 +39,12 @@ def busy() -> Iterator[None]:
 
 @pytest.mark.slow
 def test_random_arrangements() -> None:
-    assert run(examples(24), kinds=("threads at work",))["cases"]
+    assert run(examples(60), kinds=("threads at work",))["cases"]
 
 
 @pytest.mark.long
 def test_many_random_arrangements() -> None:
-    assert run(many(500))["cases"]
+    assert run(500 if FRESH else 45)["cases"]
 
 
 @pytest.mark.slow

@@ -23,7 +23,7 @@ from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.kripke import sharing
+from llfsm_verify.kripke import sharing, tables
 from llfsm_verify.kripke.checkpoint import Section
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.export.formats import STRUCTURES
@@ -61,6 +61,8 @@ class Knobs:
     """Successors for which a thread has room; a chunk with more is undone."""
     alone: int = 1 << 13
     """Slots of a table that one thread moves: at least twice those that are kept (`memory.KEPT`)."""
+    buffer: int = 1 << 15
+    """Bytes of the buffer of steps: a small one ends in the middle of a node."""
     stride: int = 1
     delay: int = 0
 
@@ -74,6 +76,7 @@ def divided(knobs: Knobs) -> Iterator[None]:
         patch.setattr(sharing, "CHUNK_ENTRIES", knobs.entries)
         patch.setattr(sharing, "ARENA_ENTRIES", knobs.arena)
         patch.setattr(sharing, "SPREAD_ALONE", knobs.alone)
+        patch.setattr(tables, "BUFFER_BYTES", knobs.buffer)
         patch.setattr(sharing, "STRIDE", knobs.stride)
         patch.setattr(sharing, "DELAY", knobs.delay)
         yield
@@ -208,7 +211,8 @@ def cases(draw: st.DrawFn) -> Case:
         parse_properties([Source("random.ltl", "\n".join(lines))]),
         Knobs(
             rng.choice((1, 1, 100, 700)), rng.choice((128, 1000, 1 << 17)), rng.choice((1 << 9, 1 << 12, 1 << 20)),
-            rng.choice((1 << 13, 1 << 17)), rng.randint(1, 1000), rng.choice((0, 0, rng.randint(1, 1 << 30))),
+            rng.choice((1 << 13, 1 << 17)), rng.choice((300, 1 << 11, 1 << 15)), rng.randint(1, 1000),
+            rng.choice((0, 0, rng.randint(1, 1 << 30))),
         ),
         tuple(sorted(rng.randint(1, MOST) for _ in range(rng.randint(0, 3)))),
         Limits(MOST if states is None else states, max_steps=rng.choice((100_000, 100_000, rng.randint(1, 3_000)))),

@@ -23,6 +23,7 @@ from benchmarks import (
     practice,
     rosport,
     running,
+    shards,
     spin,
     table,
     timescales,
@@ -31,6 +32,7 @@ from benchmarks import (
 from benchmarks.children import ChildFailed, TooLong, Usage, run
 from benchmarks.measure import Measurement, Wrong, medians
 from benchmarks.monitors import monitors_of
+from benchmarks.ring import ring
 from benchmarks.tasks import AS_USERS_RUN_IT, RING_STATES, SEARCHED, SPIN_RING_STATES, Task, tasks
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.checking.verdict import Options, Result
@@ -587,3 +589,38 @@ def test_runs_are_measured(capsys: pytest.CaptureFixture[str], monkeypatch: pyte
     said = capsys.readouterr().out
     assert said.count("| lateness of ") == 8 and said.count("| ringlets a second, ") == 4
     assert ("rospy's publish" in said) != ("Without ROS: " in said)
+
+
+def test_what_shards_send_is_counted() -> None:
+    """Beside a count by hand, edge by edge."""
+    space = shards.explored("ring(3,2)", load_arrangement_text(ring(3, 2)))
+    for number in shards.SHARDS:
+        owner = [int(value) % number for value in space.hashes]
+        edges = list(zip(space.sources.tolist(), space.targets.tolist(), strict=True))
+        crossing = [(source, target) for source, target in edges if owner[source] != owner[target]]
+        last: dict[tuple[int, int], int] = {}
+        sent = 0
+        for source, target in crossing:
+            slot = owner[source], (int(space.hashes[target]) >> 32) % 8
+            sent += last.get(slot) != target
+            last[slot] = target
+        found = shards.traffic(space, number, 8)
+        assert (found.crossing, found.sent) == (len(crossing), sent)
+        assert found.largest == max(map(owner.count, range(number)))
+
+
+def test_the_table_of_shards_is_one_that_the_benchmark_writes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shards, "spaces", lambda: [("ring(3,2)", load_arrangement_text(ring(3, 2)))])
+    shown = (ROOT / "docs" / "scale.md").read_text(encoding="utf-8")
+    page = tmp_path / "page.md"
+    page.write_text(shown, encoding="utf-8")
+    assert shards.main(["--write", str(page)]) == 0
+    one, other = (writing.part(text, shards.NAME).splitlines() for text in (shown, page.read_text(encoding="utf-8")))
+    assert one[:2] == other[:2] and other[2].startswith("| ring(3,2) | ")
+
+
+def test_two_jobs_are_beside_one() -> None:
+    task = TASKS["ring(4,3): all states"]
+    one = Measurement(ours.NAME, 200_000, 1, {}, 4.0, 4.0, 3.0, 3.0, 0.0, 2_000_000)
+    two = replace(one, tool=ours.SHARED, whole_wall=2.0, search_wall=2.0, memory=4_000_000)
+    assert "| 10 | 2.00×, 1.50× | 20 |" in table.front([(replace(task, front=True), [one, two])])

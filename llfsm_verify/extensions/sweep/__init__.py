@@ -3,17 +3,18 @@
 What a user writes, and what that prints:
 
     $ cat SWEEP.yaml
-    arrangements: [arrangement.yaml, faulty.yaml]
+    arrangements: [arrangement.yaml, "faulty_*.yaml"]
     constants: {MINUTES: {from: 1, to: 60}}
     $ llfsm sweep SWEEP.yaml
-    arrangement       MINUTES  verdict   beeps  …
+    row  arrangement       MINUTES  verdict   extra_minute  seconds  MiB
+      1  arrangement.yaml        1  holds     holds            0.25  105
     …
 
 Mistakes:
 
     SWEEP.yaml:2:13: error[E591]: no machine of arrangement.yaml has a constant `MINUTE`
-    SWEEP.yaml:2:24: error[E592]: this is 1,000,000 combinations, and a sweep has 100,000 at most
-    SWEEP.yaml:3:20: error[E593]: `0x1` is the value `1` again
+    SWEEP.yaml:2:11: error[E592]: this is 1,000,000 combinations (1,000,000 of `n`), and a sweep has at most 100,000
+    SWEEP.yaml:2:18: error[E593]: `0x1` is a value of `n` that was there before: two combinations would be one
 """
 
 from __future__ import annotations

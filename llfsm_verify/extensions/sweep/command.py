@@ -51,13 +51,11 @@ def run(options: Namespace) -> int:
     given = Path(options.sweep)
     results = Path(options.results) if options.results else given.with_name(f"{given.stem}{RESULTS}")
     with StatusLine() as line, wrong_usage(Unregistered, "--scheduler: "):
-        watched = _Watched(line)
+        watched = _Watched(line, results)
         rows = sweep(
             options.sweep, jobs=options.jobs, scheduler=options.scheduler, results=results, timeout=options.timeout,
             memory=options.memory, began=watched.began, ended=watched.ended,
         )  # fmt: skip
-    if watched.known:
-        tell(without_controls(f"{watched.known:,} of {rows.combinations:,} rows were in {results} already"))
     output = Output()
     output.plain({"text": lambda: rows.text(output.width), "json": rows.to_json, "csv": rows.csv}[options.format]())
     _say_where(rows, results, options.sweep)
@@ -77,16 +75,18 @@ def _say_where(rows: Rows, results: Path, file: str) -> None:
 class _Watched:
     """How far a sweep is, on a terminal."""
 
-    def __init__(self, line: StatusLine) -> None:
-        self.known = 0
+    def __init__(self, line: StatusLine, results: Path) -> None:
         self._line = line
-        self._wanted = self._done = 0
+        self._results = results
+        self._known = self._wanted = self._done = 0
         self._started = time.monotonic()
 
     def began(self, plan: Plan, known: int, warnings: Iterable[Diagnostic]) -> None:
         """The plan is made, and so many rows are known."""
         tell(*warnings)
-        self.known, self._wanted = known, len(plan.combinations)
+        self._known, self._wanted = known, len(plan.combinations)
+        if known:
+            tell(without_controls(f"{known:,} of {self._wanted:,} rows were in {self._results} already"))
         self._started = time.monotonic()
 
     def ended(self, row: Row) -> None:  # noqa: ARG002 - only that there is one more
@@ -97,5 +97,5 @@ class _Watched:
     def text(self) -> str:
         """Rows so far, their rate and what is left."""
         rate = self._done / max(time.monotonic() - self._started, 1e-3)
-        left = self._wanted - self.known - self._done
-        return f"{self.known + self._done:,} of {self._wanted:,} rows, {rate:,.1f}/s, about {left / rate:,.0f} s to go"
+        left = self._wanted - self._known - self._done
+        return f"{self._known + self._done:,} of {self._wanted:,} rows, {rate:,.1f}/s, about {left / rate:,.0f} s to go"

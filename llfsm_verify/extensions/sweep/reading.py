@@ -257,10 +257,13 @@ class _Reader:
             text = words(each.value)
             if text in seen and each.value is not None:
                 first, again = (_written(node) for node in (seen[text], each.node))
-                note = f"the first one, `{first}`, is at {mark(seen[text]).nearby}"
-                message = f"`{again}` is a value of `{name[:60]}` that was there before: two combinations would be one"
-                self.report.error(TWICE, message, mark(each.node), "leave one of them out", (note,))
+                self._twice(first, seen[text], again, each.node, f"a value of `{name[:60]}`")
             seen.setdefault(text, each.node)
+
+    def _twice(self, first: str, at: Node, again: str, node: Node, what: str) -> None:
+        message = f"`{again}` is {what} that was there before: two combinations would be one"
+        note = f"the first one, `{first}`, is at {mark(at).nearby}"
+        self.report.error(TWICE, message, mark(node), "leave one of them out", (note,))
 
     def _range(self, name: str, node: Node) -> Range | None:
         fields = self.report.fields(node, f"the range of `{name[:60]}`", RANGE.keys, RANGE.required)
@@ -304,9 +307,7 @@ class _Reader:
         for each in found:
             path = (self.folder / str(each.value)).resolve()
             if path in seen:
-                note = f"the first one, `{seen[path].value}`, is at {mark(seen[path].node).nearby}"
-                message = f"`{each.value}` is a file that was there before: two combinations would be one"
-                self.report.error(TWICE, message, mark(each.node), "leave one of them out", (note,))
+                self._twice(str(seen[path].value), seen[path].node, str(each.value), each.node, "a file")
             seen.setdefault(path, each)
         return Axis(name, None, tuple(found), mark(node))
 

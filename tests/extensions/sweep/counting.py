@@ -15,7 +15,7 @@ states:
       if (go && total < LIMIT) total += 1;
       if (total > count) count = LIMIT;
     transitions: [{when: total > 7, to: FULL}]
-  - {name: FULL, stays: true}
+  - {name: FULL, stays: true, variables: {turns: {type: 0..3}}}
 """
 ARRANGEMENT = """\
 name: counting

@@ -99,7 +99,7 @@ def test_other_commands_do_not_stumble_over_it(tmp_path: Path) -> None:
 
 
 def test_progress_has_a_rate_and_the_time_left() -> None:
-    watched = _Watched(StatusLine())
+    watched = _Watched(StatusLine(), Path("r"))
     watched.began(SimpleNamespace(combinations=[None] * 100), 20, [])  # type: ignore[arg-type]
     watched._started = time.monotonic() - 10
     for _ in range(40):
