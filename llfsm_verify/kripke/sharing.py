@@ -65,7 +65,7 @@ class Sharing:
         self._threads = [_Member(kernels, self._kernel, native, self._shared, sizes, outputs, i) for i in range(jobs)]
         for member in self._threads[1:]:
             member.start()
-            weakref.finalize(self, member.close)
+            weakref.finalize(self, member.close).atexit = False  # daemons end with the process, even amid a phase
         self._size = 4 * FEWEST
         self._alone_until = 0
         self._each = 4.0
