@@ -13,7 +13,8 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.graph import Graph
-from llfsm_verify.limits import endless_budget
+from llfsm_verify.kripke.narrow import _Compact
+from llfsm_verify.limits import Budget, LimitReached, Limits, endless_budget
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.semantics.lowering import lower
 
@@ -73,3 +74,29 @@ def test_the_edges_that_are_kept() -> None:
         assert (len(narrow.graph), narrow.graph.transitions) == (len(whole.graph), whole.graph.transitions)
         narrow.close()
     whole.close()
+
+
+def test_a_deep_graph_is_made_compact() -> None:
+    """A node for each of 50,000 distances, some of which have no nodes with edges; the time limit is looked at."""
+    nodes = 50_000
+    parents = array("I", [0, *range(nodes - 1)])
+    sources = array("I", range(0, nodes - 1, 7))
+    targets = array("I", (source + 1 for source in sources))
+    graph = Graph(1, 8, with_edges=False, is_narrow=True, roots=1, count=nodes, expanded=nodes, alphabet=[0, 1])
+    graph.edge_count = len(sources)
+    for region, column in ((graph.parents, parents), (graph.sources, sources), (graph.targets, targets)):
+        region.write(column.tobytes())
+    graph.labels.write(bytes(4 * len(sources)))
+    made = _Compact(graph, 4)
+    found = made.graph
+    far, arcs = len(sources), [list(found.arcs(node)) for node in range(found.count)]
+    assert made.nodes.tolist() == sources.tolist()
+    assert found.count == far + nodes - 1
+    for distance in range(1, nodes):
+        at_it = [(distance // 7, 2)] if distance % 7 == 0 and distance < nodes - 1 else []
+        farther = [(far + distance, 2)] if distance < nodes - 1 else []
+        assert arcs[far + distance - 1] == [*at_it, *farther]
+    with Budget(Limits(timeout=0)), pytest.raises(LimitReached):
+        _Compact(graph, 4)
+    made.close()
+    graph.close()
