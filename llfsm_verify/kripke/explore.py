@@ -228,13 +228,13 @@ class Explorer:
     def _advance(self, found: int, steps: int) -> None:
         """Go on by a portion, which ends at `found` nodes, or after `steps` steps in all."""
         tables, block = self._tables, self._tables.block
-        sharing = tables.sharing()
+        sharing, portion = tables.sharing(), min(self._portion, steps - block[b.SEEN_EDGES])
         if sharing is None or not sharing.chunk(tables.nodes, found, steps):
-            self._run(found, min(self._portion, steps - block[b.SEEN_EDGES]))
+            self._run(found, portion)
         elif block[b.BATCH_COUNT]:  # a chunk begins where a batch does
             block[b.SETTLE] = 1
             try:
-                self._run(found, MOST)
+                self._run(found, portion)
             finally:
                 block[b.SETTLE] = 0
         else:

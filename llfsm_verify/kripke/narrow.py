@@ -8,6 +8,7 @@ graph, and the parents of nodes are shortest ways to it; so the product is searc
 
 from __future__ import annotations
 
+from array import array
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from contextlib import closing
@@ -20,6 +21,7 @@ from llfsm_verify.kripke.graph import FIRST_BYTES, NUMBER_BYTES, Graph, Letters
 from llfsm_verify.kripke.lassos import Walk
 from llfsm_verify.kripke.product import Move
 from llfsm_verify.kripke.product_search import Product, Reader
+from llfsm_verify.limits import tick
 
 if TYPE_CHECKING:
     import numpy as np
@@ -108,25 +110,27 @@ class _Compact:
         nodes = self.nodes = np.flatnonzero(is_source).astype("<u4")
         size = len(nodes)
         inside = is_source[targets]
-        begins = [graph.roots]
+        parents, begins = array("I", graph.parents.read(0, NUMBER_BYTES * len(graph))), [graph.roots]
         while begins[-1] < len(graph):
-            begins.append(bisect_left(range(len(graph)), begins[-1], graph.roots, key=graph.parent))
+            begins.append(bisect_left(parents, begins[-1], begins[-1]))
+            tick()
         bounds = np.searchsorted(nodes, begins)
-        spans = list(pairwise(bounds.tolist()))
-        following = [np.append(np.arange(low, high), size + i) for i, (low, high) in enumerate(spans, 1)]
-        following[-1:] = [last[:-1] for last in following[-1:]]
+        spans = len(bounds) - 1
+        ends = bounds[1:-1] - bounds[0]
+        following = np.insert(np.arange(bounds[0], bounds[-1]), ends, np.arange(size + 1, size + spans))
         inner = np.bincount(np.searchsorted(nodes, sources[inside]), minlength=size)
-        degrees = np.concatenate([[0], inner, [len(each) for each in following]]).astype("<i8")
-        first = degrees.cumsum()
-        further = np.full(int(first[-1]) - int(inside.sum()), len(graph.alphabet), "<u4")
+        outer = np.diff(bounds) + 1
+        outer[-1:] -= 1
+        first = np.concatenate([[0], inner, outer]).astype("<i8").cumsum()
+        further = np.full(len(following), len(graph.alphabet), "<u4")
         self.graph = made = Graph(1, 8, roots=graph.roots, alphabet=[*graph.alphabet, silence])
-        made.count = made.expanded = size + len(spans)
+        made.count = made.expanded = size + spans
         made.edge_count = int(first[-1])
         made.first.write(first.tobytes())
-        reached = np.concatenate([np.searchsorted(nodes, targets[inside]), *following])
+        reached = np.concatenate([np.searchsorted(nodes, targets[inside]), following])
         made.targets.write(reached.astype("<u4").tobytes())
         made.labels.write(np.concatenate([labels[inside], further]).tobytes())
-        self.farther = range(size, size + 1) if spans else range(0)
+        self.farther = range(size, size + min(spans, 1))
         """Where the nodes for distances begin."""
 
     def widened(self, walk: Walk, graph: Graph, shown: Callable[[int, int], int]) -> Walk:
@@ -134,7 +138,10 @@ class _Compact:
         assert walk.loop is not None
         waited = next(i for i, node in enumerate(walk.nodes) if node < len(self.nodes))
         stem = graph.path_to(int(self.nodes[walk.nodes[waited]]))
-        letters: list[Letters] = [shown(source, target) for source, target in pairwise(stem)]
+        letters: list[Letters] = []
+        for step in pairwise(stem):
+            letters.append(shown(*step))
+            tick()
         rest = [int(self.nodes[node]) for node in walk.nodes[waited + 1 :]]
         loop = walk.loop - waited + len(letters)
         return Walk((*stem, *rest), (*letters, *walk.letters[waited:]), loop)

@@ -65,7 +65,7 @@ class Sharing:
         self._threads = [_Member(kernels, self._kernel, native, self._shared, sizes, outputs, i) for i in range(jobs)]
         for member in self._threads[1:]:
             member.start()
-            weakref.finalize(self, member.close)
+            weakref.finalize(self, member.close).atexit = False  # daemons end with the process, even amid a phase
         self._size = 4 * FEWEST
         self._alone_until = 0
         self._each = 4.0
@@ -180,9 +180,13 @@ class Sharing:
         shared[s.STRIDE] = next(n for n in range(STRIDE, STRIDE + tasks + 1) if gcd(n, tasks) == 1)
         for member in self._threads[1:]:
             member.go()
-        self._alone(phase)
-        for member in self._threads[1:]:
-            member.wait()
+        try:
+            self._alone(phase)
+        finally:
+            failures = [member.wait() for member in self._threads[1:]]
+        for failure in failures:
+            if failure is not None:
+                raise failure
 
     def _alone(self, phase: int) -> None:
         self._shared[s.PHASE] = phase
@@ -216,6 +220,7 @@ class _Member:
             self.block[word] = value
         self._begin, self._end, self._closed = Lock(), Lock(), False
         self._thread: Thread | None = None
+        self._failure: BaseException | None = None
 
     @property
     def address(self) -> int:
@@ -236,16 +241,19 @@ class _Member:
                 return
             try:
                 self._run()
-            finally:
-                self._end.release()
+            except BaseException as error:  # noqa: BLE001 - the caller raises it
+                self._failure = error
+            self._end.release()
 
     def go(self) -> None:
         """Begin with the tasks of a phase."""
         self._begin.release()
 
-    def wait(self) -> None:
-        """Wait until no task is left for this thread."""
+    def wait(self) -> BaseException | None:
+        """Wait until no task is left for this thread; what it raised."""
         self._end.acquire()
+        failure, self._failure = self._failure, None
+        return failure
 
     def begin(self, faults: int) -> None:
         """Forget the last chunk, and where its last steps were enumerated, if it was not expanded to the end."""

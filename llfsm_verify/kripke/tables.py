@@ -15,7 +15,7 @@ from llfsm_verify.kripke.checkpoint import Numbers, Section, Unusable, sizes
 from llfsm_verify.kripke.compiled import Kernels
 from llfsm_verify.kripke.graph import FIRST_BYTES, MAX_NODES, NUMBER_BYTES, Graph
 from llfsm_verify.kripke.kernels import blocks as b
-from llfsm_verify.kripke.memory import Region, VectorSet
+from llfsm_verify.kripke.memory import OutOfMemory, Region, VectorSet
 from llfsm_verify.kripke.observing import Observer
 from llfsm_verify.limits import Budget, LimitReached, reached
 
@@ -127,7 +127,10 @@ class Tables:
         from llfsm_verify.kripke.sharing import SMALLEST, Sharing
 
         if self._sharing is None and self._jobs > 1 and self.chains is None and self.nodes.count >= SMALLEST:
-            self._sharing = Sharing(self._kernels, self._native, self.block, self._jobs)
+            try:
+                self._sharing = Sharing(self._kernels, self._native, self.block, self._jobs)
+            except (OutOfMemory, RuntimeError):  # no memory for threads, or none can be started
+                self._jobs = 1
         return self._sharing
 
     def end_sharing(self) -> None:
