@@ -113,3 +113,41 @@ def test_a_search_ends_its_threads() -> None:
         explorer.explore(None)
         explorer.close()
     assert len(list(Path("/proc/self/task").iterdir())) <= before
+
+
+FAULTS = """
+name: faults
+whiteboard:
+  a: {type: 0..63, init: 0, role: input}
+  b: {type: 0..31, init: 0, role: input}
+  x: {type: 0..63, init: 0}
+  y: {type: 0..31, init: 0}
+  w: {type: 0..3, init: 0}
+machines:
+  m:
+    inline:
+      machine: M
+      states:
+        - name: DRAW
+          internal: x = a; y = b;
+          transitions: [{when: x + y > 0, to: FAULT}]
+        - name: FAULT
+          internal: if ((x + y) % 3 == 1) w = 3 + x % 64; if ((x + y) % 3 == 2) w = 6 / (y - y);
+schedule: [m]
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stride", [1, 5, 11])
+def test_the_first_of_many_that_fault(stride: int) -> None:
+    """Several threads meet the same faults in one chunk."""
+    program = lower(load_arrangement_text(FAULTS), ())
+    found = []
+    with divided(Knobs(stride=stride)):
+        for jobs in JOBS:
+            explorer = Explorer(program, Budget(Limits()), jobs=jobs)
+            explorer.explore(None)
+            found.append((contents(explorer), len(explorer.graph.faults)))
+            explorer.close()
+    assert found[1:] == found[:1] * 2
+    assert found[0][1] == 2

@@ -105,6 +105,8 @@ class _Pen:
     def __init__(self, rng: Random) -> None:
         self._rng = rng
         self._tops = {f"v{i}": rng.choice((3, 5, 7, 9)) for i in range(rng.randint(3, 4))}
+        self._faulty = rng.random() < 0.3
+        """Many steps fault, so that several threads meet a fault at a time."""
         self._inputs = {"i0": 1} | {f"i{n}": rng.choice((2, 3, 7)) for n in range(1, rng.randint(1, 3))}
 
     def document(self) -> Document:
@@ -140,9 +142,9 @@ class _Pen:
     def _statement(self) -> str:
         rng, name = self._rng, self._rng.choice(list(self._tops))
         size = self._tops[name] + 1
-        kind = rng.randrange(16)
+        kind = 0 if self._faulty and rng.random() < 0.3 else rng.randrange(16)
         if kind == 0:  # may fault
-            return f"if ({self.condition()} && {self.condition()}) {name} = {name} + 2;"
+            return f"if ({self.condition()} && {self.condition()}) {name} = {name} + {rng.choice((1, 2))};"
         if kind == 1:
             other = rng.choice(list(self._tops))
             return f"if ({self.condition()} && {self.condition()}) {name} = (6 / {other}) % {size};"

@@ -390,6 +390,8 @@ F p0\tG\t2\tcycle{p0}\t2\t1
 def test_every_script_is_run_by_a_test():
     assert {path.stem for path in (ROOT / "benchmarks").glob("*.py")} == SCRIPTS.keys() | OF_THE_TABLE | {
         "images",
+        "shards",
+        "sweep",
         "viewing",
     }
 

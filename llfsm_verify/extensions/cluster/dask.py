@@ -54,7 +54,7 @@ class Cluster:
                 self._client: Any = Client(address, timeout=ANSWER, set_as_default=False)
         except Exception as error:  # noqa: BLE001 - whatever answers there, or does not
             self._logger.setLevel(self._level)
-            why = " ".join(str(error).split())[:200] or "what answers is no scheduler"
+            why = " ".join(str(error).split())[:200] or "what answers is not a scheduler"
             hint = "start it with `dask scheduler`, and look whether the address is the one that it prints"
             raise _error(codes.ABSENT, f"no scheduler answers at {address}: {why}", hint) from None
         try:

@@ -14,6 +14,7 @@ from typing import NoReturn
 
 from llfsm_verify.interrupts import deferring
 from llfsm_verify.kept import keep_waiting
+from llfsm_verify.runtime.live.forks import fork
 
 GRACE = 10.0
 """Seconds in which work that is interrupted may say what it has found."""
@@ -95,7 +96,7 @@ class Forks:
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # the fork ends with its work, whatever comes
-        process = os.fork()
+        process = fork()
         if process == 0:
             return pipes[0][1], pipes[1][1]
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})

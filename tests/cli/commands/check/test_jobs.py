@@ -114,10 +114,10 @@ def test_the_memory_is_shared(three: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_one_arrangement_needs_no_fork(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fork() -> int:
+    def refused() -> int:
         raise AssertionError
 
-    monkeypatch.setattr(os, "fork", fork)
+    monkeypatch.setattr(os, "fork", refused)
     assert llfsm("check", LIGHTS, "--jobs", "3").returncode == 0
 
 
