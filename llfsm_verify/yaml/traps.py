@@ -208,7 +208,7 @@ def missing(source: Source, error: yaml.YAMLError, at: int, vocabulary: Vocabula
     line, before = source.line(source.position(at)[0]), source.text[start:at]
     here = Span(source, at, at + 1)
     if context.startswith("while parsing a flow"):
-        array = re.compile(r"([\w.]+)\[(\w+)\]").search(source.text, start, at + 20)
+        array = re.compile(r"(?<![\w.])([\w.]+)\[(\w+)\]").search(source.text, start, at + 20)
         if source.text[at] == "[" and array is not None:
             hint = f"write `{{array: {array[1]}, size: {array[2]}}}` for a type, and quote anything else"
             return Diagnostic("E010", "YAML reads `[` as the beginning of a list", here, hint=hint)

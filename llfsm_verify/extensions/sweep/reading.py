@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from math import prod
+from math import log10, prod
 from pathlib import Path
 
 from llfsm_verify import CheckOptions, DiagnosticError
@@ -209,11 +210,14 @@ class _Reader:
         return SweepFile(self.path, self.folder, tuple(axes), exclude, options, self.timeout, self.memory)
 
     def _count(self, axes: list[Axis]) -> None:
-        number = prod(len(axis.values) for axis in axes)
+        counts = [(values.count if isinstance(values := a.values, Range) else len(values), a) for a in axes]
+        number = prod(count for count, _ in counts)
         if number > MOST:
-            largest = max(axes, key=lambda axis: len(axis.values))
-            parts = " × ".join(f"{len(axis.values):,} of `{axis.name}`" for axis in axes if len(axis.values) > 1)
-            message = f"this is {number:,} combinations ({parts}), and a sweep has at most {MOST:,}"
+            largest = max(counts, key=lambda each: each[0])[1]
+            several = [f"{count:,} of `{axis.name[:40]}`" for count, axis in counts if count > 1]
+            parts = " × ".join(several[:6]) + (" × …" if len(several) > 6 else "")
+            said = f"{number:,}" if number < 10**18 else f"more than 10^{int(log10(number))}"
+            message = f"this is {said} combinations ({parts}), and a sweep has at most {MOST:,}"
             hint = "take fewer values, or write several sweeps"
             self.report.error(TOO_MANY, message, largest.place, hint)
             raise DiagnosticError(self.report.diagnostics)
@@ -303,13 +307,19 @@ class _Reader:
                 found += [Given(path, item) for path in self._paths(name, scalar)]
         if isinstance(node, Sequence) and not node.items:
             self.report.error("E034", f"`{key}` has no path", mark(node), "write at least one")
-        seen: dict[Path, Given] = {}
+        seen: dict[str, Given] = {}
         for each in found:
-            path = (self.folder / str(each.value)).resolve()
+            path = self._real(each.value)
             if path in seen:
                 self._twice(str(seen[path].value), seen[path].node, str(each.value), each.node, "a file")
             seen.setdefault(path, each)
         return Axis(name, None, tuple(found), mark(node))
+
+    def _real(self, path: Json) -> str:
+        try:
+            return os.path.realpath(self.folder / str(path))
+        except ValueError:  # which is said when it is opened
+            return str(path)
 
     def _paths(self, name: str, at: Scalar) -> list[str]:
         """The files that a path or a pattern stands for, as they are named from the folder."""
@@ -360,8 +370,7 @@ class _Reader:
                 continue
             scalar = self.report.scalar(item, f"a path of `{name}`")
             for path in () if scalar is None else self._paths(axis.name, scalar):
-                real = (self.folder / path).resolve()
-                yield from (str(g.value) for g in axis.values if (self.folder / str(g.value)).resolve() == real)
+                yield from (str(g.value) for g in axis.values if self._real(g.value) == self._real(path))
 
     def _options(self, node: Node) -> dict[str, Json]:
         names = tuple(name for name in ("engine", "syntax", *CheckOptions.__annotations__) if name not in NOT_HERE)

@@ -31,6 +31,7 @@ KINDS: Mapping[str, Any] = {
     **dict.fromkeys(("values", "verdicts", "reasons", "traces"), dict), "faults": list, "seconds": (int, float),
 }  # fmt: skip
 """What stands in a line, by the fields of a row."""
+_STREAMS = re.compile(r"/dev/(std|fd/)|/proc/")
 AGAIN = ("failed", "killed")
 """States of rows that are checked again, since what came between may be gone."""
 
@@ -61,6 +62,9 @@ def row_from(data: Json) -> Row:
     if not right or not all(isinstance(cast("dict[str, Json]", data)[name], kind) for name, kind in KINDS.items()):
         raise ValueError("this is not a row")
     found: dict[str, Any] = {**cast("dict[str, Any]", data)}
+    said = [*found[FAULTS], *(text for name in ("verdicts", "reasons", "traces") for text in found[name].values())]
+    if not all(isinstance(text, str) and "\0" not in text for text in said):
+        raise ValueError("this is not a row")
     found[FAULTS] = tuple(found[FAULTS])
     return Row(**found)
 
@@ -118,24 +122,32 @@ class ResultsFile:
 
     def _read(self, plan: Plan) -> None:
         try:
-            text = self.path.read_text(encoding="utf-8") if self.path.exists() else ""
+            there = self.path.exists()
+            if (
+                str(self.path) == "-"
+                or _STREAMS.match(str(self.path.absolute()))
+                or (there and not self.path.is_file())
+            ):
+                message = "results are kept in a file, to go on from there, and this is not one"
+                raise self._wrong(message, "name another file")
+            data = self.path.read_bytes() if self.path.exists() else b""
         except (OSError, ValueError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "it is not text"
+            reason = (error.strerror if isinstance(error, OSError) else None) or "it has no such name"
             raise self._wrong(f"the file of results cannot be read: {reason}") from None
-        if not text:
+        if not data:
             return
-        source, lines = Source(str(self.path), text), text.splitlines(keepends=True)
+        source, lines = Source(str(self.path), data.decode("utf-8", "replace")), data.splitlines(keepends=True)
         if not _is_head(lines[0]):
             raise self._wrong("this is not a file of results of a sweep", "name another file")
         wanted = {each.task.key for each in plan.combinations}
         meant = {words(dict(each.values)) for each in plan.combinations}
         there = others = 0
-        at = len(lines[0])
+        at = len(lines[0].decode("utf-8", "replace"))
         for line in lines[1:]:
-            start, at = at, at + len(line)
+            start, at = at, at + len(line.decode("utf-8", "replace"))
             try:
                 row = row_from(json.loads(line))
-            except ValueError:
+            except (ValueError, RecursionError):
                 message = "this line cannot be read, so its combination is checked again"
                 hint = "leave files of results as they are while a sweep runs"
                 self.warnings.append(Diagnostic(DAMAGED_ROW, message, Span(source, start, at - 1), hint=hint))
@@ -166,13 +178,14 @@ def _plain(value: Any) -> Json:
 
 
 def _line(data: Mapping[str, Json]) -> str:
-    return f"{json.dumps(data, ensure_ascii=False)}\n"
+    text = json.dumps(data, ensure_ascii=False)
+    return f"{text if text.isprintable() else json.dumps(data)}\n"  # names of files need not be Unicode
 
 
-def _is_head(line: str) -> bool:
+def _is_head(line: bytes) -> bool:
     try:
         head = json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         return False
     return isinstance(head, dict) and head.get("kind") == KIND and head.get("format") == 1
 

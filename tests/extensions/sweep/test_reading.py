@@ -66,6 +66,13 @@ WRONG: dict[str, tuple[str, str, int, int, str]] = {
         "1,000,000 combinations (1,000 of `LIMIT` × 1,000 of `n`)",
     ),
     "a billion": (A + "constants: {LIMIT: {from: 1, to: 999999999999}}\n", "E592", 2, 13, "at most 100,000"),
+    "more than 2^63": (A + "constants: {LIMIT: {from: 0, to: 9223372036854775807}}\n", "E592", 2, 13, "10^18"),
+    "many names": (
+        A + f"constants: {{{', '.join(f'n{i}: [1, 2]' for i in range(15000))}}}\n", "E592", 2, 13,
+        "more than 10^4515 combinations (2 of `n0` × 2 of `n1` × 2 of `n2` × 2 of `n3` × 2 of `n4` × 2 of `n5` × …)",
+    ),
+    "a long key": (A + f"constants: {{{'x' * 60000}: 1}}\n", "E010", 2, 59953, "is missing before"),
+    "a path with a zero": ('arrangements: ["a\\0.yaml"]\n', "E001", 1, 16, "the path of a file is expected"),
     "excluded stranger": (A + "constants: {LIMIT: [1]}\nexclude: [{LIMT: 1}]\n", "E595", 3, 12, "`LIMIT`?"),
     "all excluded": (A + "constants: {LIMIT: [1]}\nexclude: [{LIMIT: 1}]\n", "E595", 3, 11, "everything is excluded"),
     "empty exclusion": (A + "exclude: [{}]\n", "E034", 2, 11, "write `NAME: VALUE`"),

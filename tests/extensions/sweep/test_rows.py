@@ -5,14 +5,18 @@ from __future__ import annotations
 import csv
 import io
 import json
+import os
 import re
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.extensions.sweep import sweeping
+from llfsm_verify.extensions.sweep.plan import plan
+from llfsm_verify.extensions.sweep.reading import read_sweep
 from llfsm_verify.extensions.sweep.rows import row_data, row_from
 from llfsm_verify.extensions.sweep.sweeping import Rows, sweep
 from llfsm_verify.extensions.sweep.table import text_table
@@ -64,7 +68,7 @@ def outcomes(folder: Path) -> dict[str, Outcome]:
     """What comes of each task, by its key."""
     found: dict[str, Outcome] = {}
     performed = sweeping.opened(None, 1)
-    tasks = [each.task for each in sweeping.plan(sweeping.read_sweep(folder / "SWEEP.yaml")).combinations]
+    tasks = [each.task for each in plan(read_sweep(folder / "SWEEP.yaml")).combinations]
     performed.run(tasks, lambda task, outcome: found.update({task.key: outcome}))
     performed.close()
     assert len(found) == 6 and {outcome.state for outcome in found.values()} == {"done"}
@@ -156,6 +160,53 @@ def test_a_damaged_line_is_said_and_checked_again(folder: Path, use: Use, tmp_pa
     assert known.asked == 2 and plain(path) == whole
 
 
+@pytest.mark.parametrize(
+    "damage",
+    [
+        {"verdicts": {"below": 1}}, {"reasons": {"below": None}}, {"traces": {"below": ["x"]}}, {"faults": [{}]},
+        {"traces": {"below": "\0"}}, {"values": {}, "state": None}, b"\xff", b"[" * 100_000,
+    ],
+    ids=str,
+)  # fmt: skip
+def test_no_line_can_be_so_damaged_that_it_ends_a_sweep(
+    damage: bytes | dict[str, object], folder: Path, use: Use, tmp_path: Path
+) -> None:
+    results = tmp_path / "r.jsonl"
+    use()
+    done(folder, results)
+    lines = results.read_bytes().splitlines(keepends=True)
+    lines[2] = (damage if isinstance(damage, bytes) else json.dumps(json.loads(lines[2]) | damage).encode()) + b"\n"
+    results.write_bytes(b"".join(lines))
+    known = use()
+    rows = done(folder, results)
+    assert known.asked == 1 and len(rows) == 6 and rows.text() and rows.csv() and rows.to_json()
+
+
+def test_names_of_files_need_not_be_unicode_or_on_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = written(tmp_path, "arrangements: ['a*.yaml']\n")
+    for name in (b"a\xff.yaml", "a\u2028b.yaml".encode(), b"a\nb.yaml"):
+        with suppress(OSError):  # not every file system has such names
+            Path(os.fsdecode(bytes(tmp_path) + b"/" + name)).write_bytes((tmp_path / "a.yaml").read_bytes())
+    keys = [each.task.key for each in plan(read_sweep(path)).combinations]
+    known = Known(dict.fromkeys(keys, Outcome("done", {"exit_code": 0, "properties": []})))
+    monkeypatch.setattr(sweeping, "opened", lambda *_: known)
+    first, again = (sweep(path, results=tmp_path / "r.jsonl") for _ in range(2))
+    assert known.asked == len(first) == len(keys) and first.text() and first.csv() and first.to_json()
+    assert again.rows == first.rows
+
+
+@pytest.mark.parametrize("name", ["-", "/dev/null", "/dev/zero", "/dev/stdout", "/dev/fd/1", "pipe", "."])
+def test_results_are_kept_in_a_file(
+    name: str, folder: Path, use: Use, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe")
+    known = use()
+    with pytest.raises(DiagnosticError, match="E596"):
+        sweep(folder / "SWEEP.yaml", results=name)
+    assert not known.asked and [each.name for each in tmp_path.iterdir()] == ["pipe"]
+
+
 def test_rows_whose_traces_are_gone_are_checked_again(folder: Path, use: Use, tmp_path: Path) -> None:
     use()
     path = tmp_path / "r.jsonl"
@@ -205,7 +256,7 @@ def test_texts_that_changed_are_checked_again(use: Use, outcomes: dict[str, Outc
         ("arrangements: [a.yaml]\n", "this is not a file of results of a sweep"),
         ('{"format": 2, "kind": "sweep of llfsm-verify"}\n', "this is not a file of results"),
         ('{"kind": 3}\n', "this is not a file of results"),
-        ("\ud8ff", "it is not text"),
+        ("\ud8ff", "this is not a file of results"),
     ],
 )
 def test_other_files_are_not_replaced(text: str, said: str, folder: Path, use: Use, tmp_path: Path) -> None:
