@@ -109,6 +109,7 @@ from llfsm_verify.cli.commands import COMMANDS
 from llfsm_verify.cli.commands.check.run import find_owners, is_arrangement, properties_beside
 from llfsm_verify.cli.commands.trace.arguments import steps as step_range
 from llfsm_verify.cli.drawing_format import drawing_format
+from llfsm_verify.cli.io.ending import ending_raises
 from llfsm_verify.cli.io.files import ready, ready_beside, write_whole
 from llfsm_verify.cli.io.output import Output, tell
 from llfsm_verify.cli.io.progress import StatusLine
@@ -798,6 +799,7 @@ __all__ = [
     "element_texts",
     "elements",
     "ending_of",
+    "ending_raises",
     "engine_argument",
     "entry_bytes",
     "evaluate",

@@ -463,6 +463,7 @@ ELSEWHERE = {
     "E582": "needs SWI-Prolog: tests/extensions/prolog/test_port.py",
     "E583": "needs SWI-Prolog: tests/extensions/prolog/test_bridge.py",
     "E584": "needs SWI-Prolog: tests/extensions/prolog/test_bridge.py",
+    "E598": "needs a system that starts no process: tests/extensions/sweep/test_command.py",
     "E600": "needs ten seconds: tests/extensions/cluster/test_cluster.py",
     "E601": "needs a scheduler of Dask: tests/extensions/cluster/test_cluster.py",
     "E602": "needs a scheduler of Dask: tests/extensions/cluster/test_cluster.py",

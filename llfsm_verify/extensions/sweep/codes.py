@@ -12,6 +12,7 @@ WRONG_RANGE: Final = "E594"
 WRONG_EXCLUSION: Final = "E595"
 WRONG_RESULTS: Final = "E596"
 WRONG_OPTION: Final = "E597"
+NO_PROCESS: Final = "E598"
 IDLE_EXCLUSION: Final = "W590"
 DAMAGED_ROW: Final = "W591"
 OTHER_ROWS: Final = "W592"
@@ -24,6 +25,7 @@ CODES: Final = {
     WRONG_EXCLUSION: "A sweep excludes values of something that it does not vary, or all combinations.",
     WRONG_RESULTS: "A file is not one of results of this sweep, or cannot be written there.",
     WRONG_OPTION: "An option of a sweep has a wrong value.",
+    NO_PROCESS: "The system does not let a sweep start processes.",
     IDLE_EXCLUSION: "An exclusion of a sweep excludes no combination.",
     DAMAGED_ROW: "A line of a file of results cannot be read, and its combination is checked again.",
     OTHER_ROWS: "A file of results has rows of other combinations, which are left out.",

@@ -17,6 +17,7 @@ from llfsm_verify.plug import (
     Output,
     StatusLine,
     Unregistered,
+    ending_raises,
     limit_arguments,
     positive_number,
     tell,
@@ -50,7 +51,7 @@ def run(options: Namespace) -> int:
     """Sweep and report; the exit code, 3 also where the scheduler was lost. DiagnosticError: wrong files."""
     given = Path(options.sweep)
     results = Path(options.results) if options.results else given.with_name(f"{given.stem}{RESULTS}")
-    with StatusLine() as line, wrong_usage(Unregistered, "--scheduler: "):
+    with ending_raises(), StatusLine() as line, wrong_usage(Unregistered, "--scheduler: "):
         watched = _Watched(line, results)
         rows = sweep(
             options.sweep, jobs=options.jobs, scheduler=options.scheduler, results=results, timeout=options.timeout,

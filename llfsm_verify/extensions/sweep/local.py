@@ -23,6 +23,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TypeVar
 
+from llfsm_verify import Diagnostic, DiagnosticError
+from llfsm_verify.extensions.sweep.codes import NO_PROCESS
 from llfsm_verify.plug import LostTask
 
 T = TypeVar("T")
@@ -44,7 +46,8 @@ class Processes:
     def __init__(self, address: str = "", workers: int | None = None) -> None:  # noqa: ARG002 - as every scheduler
         self.workers = processors() if workers is None else workers
         self.renewed = RENEWED
-        self._folder = tempfile.TemporaryDirectory(prefix="llfsm-sweep-", ignore_cleanup_errors=True)
+        with _said():
+            self._folder = tempfile.TemporaryDirectory(prefix="llfsm-sweep-", ignore_cleanup_errors=True)
         self._pool: _Pool | None = None
 
     def run(self, call: Callable[[T], R], tasks: Iterable[T], ended: Callable[[T, R | LostTask], None]) -> None:
@@ -54,7 +57,8 @@ class Processes:
         told: list[Future[R]] = []
         try:
             while True:
-                pool = self._pool = self._pool or _Pool(call, self.workers, self._folder.name)
+                with _said():
+                    pool = self._pool = self._pool or _Pool(call, self.workers, self._folder.name)
                 most = self.renewed * self.workers
                 while pool.submitted < most and len(running) < AHEAD * self.workers:
                     try:
@@ -138,7 +142,7 @@ class _Pool:
     def submit(self, call: Callable[[T], R], task: T) -> Future[R]:
         """As of an executor, which starts a process where none is free."""
         self.submitted += 1
-        with _quiet_start():
+        with _said(), _quiet_start():
             return self._executor.submit(call, task)
 
     def end(self) -> None:
@@ -146,6 +150,17 @@ class _Pool:
         self._leash.close()
         self._executor.shutdown(cancel_futures=True)
         self._leashed.close()
+
+
+@contextmanager
+def _said() -> Iterator[None]:
+    """DiagnosticError (E598): the system does not let us start a process."""
+    try:
+        yield
+    except OSError as error:
+        hint = "take fewer --jobs, or raise the system's limits; what was done is kept"
+        message = f"no process can be started: {error.strerror or error}"
+        raise DiagnosticError(Diagnostic(NO_PROCESS, message, hint=hint)) from None
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -15,6 +16,7 @@ from types import SimpleNamespace
 import pytest
 
 import llfsm_verify as lv
+from llfsm_verify.extensions.sweep import local
 from llfsm_verify.extensions.sweep.command import _Watched
 from llfsm_verify.plug import StatusLine
 from tests.cli.running import llfsm
@@ -125,6 +127,37 @@ def test_ctrl_c_keeps_what_is_known(tmp_path: Path) -> None:
     assert f"ended after {known} of 210 rows; to go on: llfsm sweep {path} --results {results}" in said
     lines = results.read_text().splitlines()[1:]
     assert all(json.loads(line)["state"] == "done" for line in lines)
+
+
+@pytest.mark.slow
+def test_sigterm_leaves_no_folder(tmp_path: Path) -> None:
+    path = written(tmp_path, "arrangements: [a.yaml]\ninitial: {n: {from: 0, to: 20}, left.count: {from: 0, to: 9}}\n")
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    command = [sys.executable, "-m", "llfsm_verify", "sweep", str(path), "--jobs", "1"]
+    results = tmp_path / "SWEEP.results.jsonl"
+    done = subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=os.environ | {"TMPDIR": str(temporary)},
+    )
+    while done.poll() is None and not (results.exists() and results.read_text().count("\n") > 3):
+        time.sleep(0.01)
+    done.send_signal(signal.SIGTERM)
+    done.communicate(timeout=300)
+    assert done.returncode == 128 + signal.SIGTERM and results.read_text().count("\n") > 3
+    assert not list(temporary.iterdir())
+
+
+def test_a_system_that_starts_no_process_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    monkeypatch.setattr(local, "ProcessPoolExecutor", refuse)
+    found = llfsm("sweep", str(written(tmp_path, TEXT)))
+    assert found.returncode == 3 and "error[E598]: no process can be started: Too many open files" in found.stderr
+    assert "ended after 0 of 2 rows; to go on: " in found.stderr
 
 
 # ---------------------------------------------------------------- from Python
