@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from time import monotonic, sleep
 
 import pytest
 
@@ -112,6 +113,9 @@ def test_a_search_ends_its_threads() -> None:
         explorer = Explorer(lower(load_arrangement_text(ring(4, 3)), ()), Budget(Limits()), jobs=8)
         explorer.explore(None)
         explorer.close()
+    end = monotonic() + 20  # a thread that has been joined may still be there for a moment
+    while len(list(Path("/proc/self/task").iterdir())) > before and monotonic() < end:
+        sleep(0.01)
     assert len(list(Path("/proc/self/task").iterdir())) <= before
 
 
