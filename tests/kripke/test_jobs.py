@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from time import monotonic, sleep
 
 import pytest
 
@@ -58,16 +59,17 @@ def test_random_arrangements_beside_busy_processes(busy: None) -> None:
 def test_a_table_that_grows(edges: bool, delay: int) -> None:
     """Slots are moved by several threads; 44,955 configurations."""
     program = lower(load_arrangement_text(ring(5, 3)), ())
-    found = []
+    found = list[list[dict[str, object]]]()
     with divided(Knobs(smallest=1000, entries=5000, stride=7, delay=delay)):
         for jobs in JOBS:
+            found.append([])
             explorer = Explorer(program, Budget(Limits()), with_edges=edges, jobs=jobs)
-            explorer.explore(9_999)
-            explorer.explore(None)
-            found.append(contents(explorer))
+            for nodes in (*range(2_000, 20_000, 3_000), None):
+                explorer.explore(nodes)
+                found[-1].append(contents(explorer))
             explorer.close()
     assert found[1:] == found[:1] * 2
-    assert found[0]["counts"][0] == 44_955  # type: ignore[index]
+    assert found[0][-1]["counts"][0] == 44_955  # type: ignore[index]
 
 
 def _case_studies() -> Iterator[object]:
@@ -112,6 +114,9 @@ def test_a_search_ends_its_threads() -> None:
         explorer = Explorer(lower(load_arrangement_text(ring(4, 3)), ()), Budget(Limits()), jobs=8)
         explorer.explore(None)
         explorer.close()
+    end = monotonic() + 20  # a thread that has been joined may still be there for a moment
+    while len(list(Path("/proc/self/task").iterdir())) > before and monotonic() < end:
+        sleep(0.01)
     assert len(list(Path("/proc/self/task").iterdir())) <= before
 
 
