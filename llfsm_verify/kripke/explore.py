@@ -35,8 +35,6 @@ SHARE = 0.25
 MOST = 1 << 62
 """Steps without a limit."""
 MAX_ROOTS = 1 << 20
-MAX_STEPS = 1 << 24
-"""Steps from one configuration: inputs wider than this are not for enumeration."""
 SAMPLE = 500
 """Nodes that are looked at to tell whether chains are worth while."""
 
@@ -259,7 +257,7 @@ class Explorer:
         code = self._call(lambda: self._kernels.run(name, ctypes.addressof(block)))
         if block[b.SEEN_EDGES] - seen >= self._portion:
             self._portion = min(2 * self._portion, LARGEST_PORTION)
-        if block[b.SOURCE_EDGES] > MAX_STEPS:
+        if block[b.SOURCE_EDGES] > b.MAX_STEPS:
             raise LimitReached(self._too_many_steps())
         tables.make_room(code, self.budget)
 
@@ -305,7 +303,7 @@ class Explorer:
         widest = max(self._native.program.choices, key=lambda c: c.type.high - c.type.low)
         size = widest.type.high - widest.type.low + 1
         return (
-            f"one configuration has more than {MAX_STEPS:,} steps, more than this engine enumerates: "
+            f"one configuration has more than {b.MAX_STEPS:,} steps, more than this engine enumerates: "
             f"`{widest.source}` alone has {size} values; declare a smaller range"
         )
 

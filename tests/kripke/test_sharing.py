@@ -12,7 +12,8 @@ from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.kripke import sharing
 from llfsm_verify.kripke.compiled import Kernels
 from llfsm_verify.kripke.explore import Explorer
-from llfsm_verify.kripke.memory import OutOfMemory, Region
+from llfsm_verify.kripke.kernels.shared_blocks import MOST_STEPS, NODES_EACH
+from llfsm_verify.kripke.memory import OutOfMemory, Region, VectorSet
 from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.semantics.lowering import lower
 from tests.kripke.threads import Knobs, contents, divided
@@ -51,10 +52,10 @@ def explored(text: str, jobs: int) -> tuple[Explorer, dict[str, object]]:
 def test_one_configuration_with_too_many_steps(smallest: int) -> None:
     """Threads begin in the middle of the batch to which it belongs, which one thread would never get to the end of."""
     with divided(Knobs(smallest=smallest)):
-        stopped = [explored(WIDE, jobs)[0].graph.stopped for jobs in (1, 2)]
-    assert stopped[0] is not None
-    assert "more than 16,777,216 steps" in stopped[0]
-    assert stopped[1:] == stopped[:1]
+        alone, two = (explored(WIDE, jobs) for jobs in (1, 2))
+    assert two[1] == alone[1]
+    assert alone[0].graph.stopped is not None
+    assert "more than 16,777,216 steps" in alone[0].graph.stopped
 
 
 def test_steps_are_limited_in_the_batch_before_threads_begin() -> None:
@@ -102,3 +103,37 @@ def test_where_there_are_no_threads_one_is_enough(monkeypatch: pytest.MonkeyPatc
         monkeypatch.setattr(sharing, "Region", Refused)
     with divided(Knobs()):
         assert explored(ring(4, 3), 3)[1] == alone
+
+
+EACH_WIDE = """
+name: each-wide
+whiteboard:
+  i: {type: "0..1999", init: 0, role: input}
+  a: {type: "0..1999", init: 0}
+  b: {type: "0..1", init: 0}
+machines:
+  m:
+    inline:
+      machine: M
+      states:
+        - {name: A, internal: "a = i; b = 1;", transitions: [{when: b == 1, to: B}]}
+        - {name: B, internal: "if (i == 77) b = 0; else b = 1;", transitions: [{when: a == 3000, to: A}]}
+schedule: [m]
+"""
+"""Each of 2,000 configurations has 2,000 steps, and few successors."""
+
+
+@pytest.mark.slow
+def test_signals_and_limits_do_not_wait_for_a_chunk_of_many_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A task has about 2^16 steps at most; what has more is for one thread, which returns soon."""
+    kept, keep = list[float](), sharing.Sharing._keep
+
+    def note(self: sharing.Sharing, size: int, nodes: VectorSet, steps: int) -> None:
+        kept.append(steps / (size // NODES_EACH))
+        keep(self, size, nodes, steps)
+
+    monkeypatch.setattr(sharing.Sharing, "_keep", note)
+    alone = explored(EACH_WIDE, 1)[1]
+    with divided(Knobs()):
+        assert explored(EACH_WIDE, 2)[1] == alone
+    assert all(steps < 2 * MOST_STEPS for steps in kept)

@@ -93,6 +93,8 @@ minus the number of bits of a slot's index."""
 
 SMALL_GROUP = 8
 """Successors of a node that are compared one by one; more of them go through the group table."""
+MAX_STEPS = 1 << 24
+"""Steps from one configuration: inputs wider than this are not for enumeration. Kernels return when there are more."""
 NO_LABEL = 0xFFFFFFFF
 """`kripke.graph.EPSILON`; also the label that stands for a target alone in the group table."""
 

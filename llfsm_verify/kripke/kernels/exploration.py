@@ -344,6 +344,8 @@ def exploration(
                 return b.ROOM_GROUP
             if look_up(block, words) == b.BROKEN:
                 return b.BROKEN
+            if load64(block, b.SOURCE_EDGES) > b.MAX_STEPS:
+                return b.PORTION
 
     return explore
 

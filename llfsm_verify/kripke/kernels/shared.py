@@ -346,17 +346,17 @@ def work(fixed: int) -> Callable[[int], int]:
         last_label, cycles = load64(thread, s.LAST_LABEL), load64(block, b.CYCLES) != 0
         labelled = cycles or load64(block, b.WITH_LETTERS) != 0
         level_end, crossing = load64(block, b.LEVEL_END), -1
-        current, group, count, done, steps, transitions, began = -1, 0, 0, 0, 0, 0, 0
+        current, group, count, done, steps, transitions = -1, 0, 0, 0, 0, 0
         kept, stored = load64(block, b.KEPT), 0
         while load64(context, source_at) < s.NODES_EACH:
-            if steps - began > s.MOST_STEPS:
+            if steps > s.MOST_STEPS:
                 return s.TOO_WIDE
             ready = expand(load64(block, b.EXPAND), batch, s.NODES_EACH, edges, capacity, context)
             for n in range(ready):
                 edge = edges + n * edge_bytes
                 source, status, body = load32(edge, b.EDGE_SOURCE), load32(edge, b.EDGE_STATUS), edge + body_at
                 if source != current:
-                    current, group, began = source, count, steps + n
+                    current, group = source, count
                     if crossing < 0 and start + source >= level_end:
                         crossing = count
                 if status != 0:

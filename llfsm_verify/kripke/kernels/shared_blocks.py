@@ -66,7 +66,7 @@ POSITION_BITS = 16
 GROUP_SLOTS, MOST_SUCCESSORS = 1 << 13, 1 << 12
 """Slots of the table of one node's successors, and how many it may have: nodes with more are for one thread."""
 MOST_STEPS = 1 << 16
-"""The same for its steps."""
+"""Steps of a task, about: nodes with more are for one thread too, so that signals do not wait for long."""
 SLOTS_EACH = 1 << 14
 """Slots of a task of SPREAD."""
 
