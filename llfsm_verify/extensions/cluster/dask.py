@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import pickle
 import platform
+import threading
 import time
 import warnings
 from collections.abc import Callable, Iterable
@@ -51,7 +52,7 @@ class Cluster:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # about versions, which are compared here
-                self._client: Any = Client(address, timeout=ANSWER, set_as_default=False)
+                self._client = _connected(address)
         except Exception as error:  # noqa: BLE001 - whatever answers there, or does not
             self._logger.setLevel(self._level)
             why = " ".join(str(error).split())[:200] or "what answers is not a scheduler"
@@ -170,6 +171,20 @@ class Cluster:
 
     def _gone(self, why: str) -> DiagnosticError:
         return _error(codes.GONE, f"the scheduler at {self.address} is gone: {why}", RESUME)
+
+
+def _connected(address: str) -> Any:
+    """A client. TimeoutError: something else listens there, to which Dask listens without end."""
+    found: Future[Any] = Future()
+
+    def connect() -> None:
+        try:
+            found.set_result(Client(address, timeout=ANSWER, set_as_default=False))
+        except BaseException as error:  # noqa: BLE001 - raised in the other thread
+            found.set_exception(error)
+
+    threading.Thread(target=connect, daemon=True).start()
+    return found.result(2 * ANSWER)
 
 
 def _error(code: str, message: str, hint: str) -> DiagnosticError:

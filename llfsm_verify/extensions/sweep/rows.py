@@ -122,12 +122,8 @@ class ResultsFile:
 
     def _read(self, plan: Plan) -> None:
         try:
-            there = self.path.exists()
-            if (
-                str(self.path) == "-"
-                or _STREAMS.match(str(self.path.absolute()))
-                or (there and not self.path.is_file())
-            ):
+            stream = str(self.path) == "-" or _STREAMS.match(str(self.path.absolute()))
+            if stream or (self.path.exists() and not self.path.is_file()):
                 message = "results are kept in a file, to go on from there, and this is not one"
                 raise self._wrong(message, "name another file")
             data = self.path.read_bytes() if self.path.exists() else b""

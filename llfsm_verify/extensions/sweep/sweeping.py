@@ -108,6 +108,8 @@ def rows_of(
     """What `llfsm_verify.sweep` gives, and raises."""
     if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1):
         raise ValueError(f"`jobs` is a whole number from 1, not {jobs!r}")
+    if not isinstance(scheduler, str | None):
+        raise ValueError(f"`scheduler` is an address such as 'tcp://localhost:8786', not {scheduler!r}")
     limits = {"timeout": timeout, "memory": memory}
     checked_options("sweep", limits, LimitOptions)
     size = parse_size(memory) if isinstance(memory, str) else memory

@@ -183,7 +183,7 @@ def test_rows_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     ("wrong", "kind"),
     [
         ({"timeout": -1}, ValueError), ({"memory": "3"}, ValueError), ({"jobs": 0}, ValueError),
-        ({"jobs": 1.5}, ValueError), ({"scheduler": "amqp://x"}, ValueError),
+        ({"jobs": 1.5}, ValueError), ({"scheduler": "amqp://x"}, ValueError), ({"scheduler": 8786}, ValueError),
     ],
 )  # fmt: skip
 def test_wrong_arguments(wrong: dict[str, object], kind: type[Exception], tmp_path: Path) -> None:
