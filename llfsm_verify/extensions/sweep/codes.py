@@ -28,5 +28,5 @@ CODES: Final = {
     NO_PROCESS: "The system does not let a sweep start processes.",
     IDLE_EXCLUSION: "An exclusion of a sweep excludes no combination.",
     DAMAGED_ROW: "A line of a file of results cannot be read, and its combination is checked again.",
-    OTHER_ROWS: "A file of results has rows of other combinations, which are left out.",
+    OTHER_ROWS: "A file of results has rows of other combinations, which are kept.",
 }
