@@ -16,6 +16,7 @@ NO_PROCESS: Final = "E598"
 IDLE_EXCLUSION: Final = "W590"
 DAMAGED_ROW: Final = "W591"
 OTHER_ROWS: Final = "W592"
+NO_PROPERTIES: Final = "W593"
 CODES: Final = {
     NO_FILE: "A pattern in a sweep matches no file.",
     NO_NAME: "A sweep gives a value to something that one of its arrangements does not have.",
@@ -29,4 +30,5 @@ CODES: Final = {
     IDLE_EXCLUSION: "An exclusion of a sweep excludes no combination.",
     DAMAGED_ROW: "A line of a file of results cannot be read, and its combination is checked again.",
     OTHER_ROWS: "A file of results has rows of other combinations, which are kept.",
+    NO_PROPERTIES: "A sweep names no property files, and none stands beside an arrangement.",
 }
