@@ -50,7 +50,7 @@ def arguments(parser: CommandParser) -> None:
 def run(options: Namespace) -> int:
     """Sweep and report; the exit code, 3 also where the scheduler was lost. DiagnosticError: wrong files."""
     given = Path(options.sweep)
-    results = Path(options.results) if options.results else given.with_name(f"{given.stem}{RESULTS}")
+    results = Path(options.results) if options.results else given.parent / f"{given.stem}{RESULTS}"
     with ending_raises(), StatusLine() as line, wrong_usage(Unregistered, "--scheduler: "):
         watched = _Watched(line, results)
         rows = sweep(

@@ -75,6 +75,12 @@ def test_files_in_each_others_place_are_one_mistake(tmp_path: Path) -> None:
         assert said in found.stderr
 
 
+@pytest.mark.parametrize("name", [".", "..", "/"])
+def test_a_folder_is_no_sweep(name: str) -> None:
+    found = llfsm("sweep", name)
+    assert found.returncode == 3 and "error[E003]: this is a directory" in found.stderr, found
+
+
 @pytest.mark.slow
 def test_what_may_be_meant_otherwise_is_said_once(tmp_path: Path) -> None:
     path = written(tmp_path, TEXT.replace("q.ltl", "p.ltl"), p_ltl="few: n <= 5\n")
