@@ -32,6 +32,7 @@ ANSWER, WORKERS = 10.0, 30.0
 """Seconds in which a scheduler answers, and in which a worker comes."""
 AHEAD = 2
 """Tasks a thread of a worker that the scheduler has."""
+TLS = "DASK_DISTRIBUTED__COMM__TLS__"
 LOOK = 1.0
 """Seconds between two looks at the scheduler."""
 RESUME = "what was done is kept: the same sweep, with the same results file, goes on from there"
@@ -57,6 +58,8 @@ class Cluster:
             self._logger.setLevel(self._level)
             why = " ".join(str(error).split())[:200] or "what answers is not a scheduler"
             hint = "start it with `dask scheduler`, and look whether the address is the one that it prints"
+            if address.startswith("tls:") and "TLS" in why:
+                hint = f"name certificates in Dask's configuration: {TLS}CA_FILE, {TLS}CLIENT__CERT, {TLS}CLIENT__KEY"
             raise _error(codes.ABSENT, f"no scheduler answers at {address}: {why}", hint) from None
         try:
             self._wait_for_workers()
@@ -105,7 +108,7 @@ class Cluster:
                         suspects.append(task)  # or what else its workers had to do
                     else:
                         ended(task, found)
-        except (KeyboardInterrupt, DiagnosticError):
+        except (KeyboardInterrupt, SystemExit, DiagnosticError):
             for future, task in running.items():
                 if future.done() and not future.cancelled() and future.exception() is None:
                     ended(task, future.result())

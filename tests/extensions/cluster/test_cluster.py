@@ -66,6 +66,13 @@ def test_what_is_no_address(address: str) -> None:
 
 
 @pytest.mark.slow
+def test_tls_without_certificates() -> None:
+    with pytest.raises(DiagnosticError, match="E600") as caught:
+        opened("tls://127.0.0.1:8786")
+    assert "DASK_DISTRIBUTED__COMM__TLS__CA_FILE" in str(caught.value.diagnostics[0].hint)
+
+
+@pytest.mark.slow
 def test_a_scheduler_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("llfsm_verify.extensions.cluster.dask.ANSWER", 1.0)
     with socket.socket() as held:
