@@ -134,7 +134,10 @@ class Parser(ArgumentParser):
 
     def _to_file(self, path: str) -> str:
         """What to write in place of `-o FILE` where a command has no such option."""
-        shape = "--format json " if "--format" in self._option_string_actions else ""
+        formats = self._option_string_actions.get("--format")
+        ending = path.rpartition(".")[2]
+        named = formats is not None and ending in (formats.choices or ())
+        shape = "" if formats is None else f"--format {ending if named else 'json'} "
         return f"; write `{shape}> {'FILE' if path.startswith('-') else path[:100]}` for a file"
 
     def _given_last(self, options: Namespace, left: list[str]) -> list[str]:

@@ -73,6 +73,10 @@ def test_without_a_command_there_is_help(words):
             ("verify", LIGHTS, "-o", "x.json"),
             "unrecognized arguments: -o x.json; write `--format json > x.json` for a file",
         ),
+        (
+            ("verify", LIGHTS, "-o", "x.html"),
+            "unrecognized arguments: -o x.html; write `--format html > x.html` for a file",
+        ),
         (("check", "--output=x"), "unrecognized arguments: --output=x; write `> x` for a file"),
         (("run", LIGHTS, "-o"), "unrecognized arguments: -o; write `> FILE` for a file"),
         (

@@ -27,6 +27,7 @@ from llfsm_verify.kripke import sharing, tables
 from llfsm_verify.kripke.checkpoint import Section
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.export.formats import STRUCTURES
+from llfsm_verify.kripke.kernels import blocks
 from llfsm_verify.kripke.kernels.shared_blocks import NODES_EACH
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.kripke.structure import structure
@@ -236,6 +237,7 @@ def contents(explorer: Explorer) -> dict[str, object]:
     found: dict[str, object] = {
         "counts": (graph.count, graph.expanded, graph.configurations, graph.edge_count, graph.transitions, graph.depth),
         "ended": (graph.complete, graph.stopped, graph.faults, graph.overflow, explorer.steps),
+        "level": explorer._tables.block[blocks.LEVEL_END],
         "alphabet": tuple(graph.alphabet),
         "keys": graph.keys.read(0, 8 * graph.words * graph.count),
         "parents": graph.parents.read(0, 4 * graph.count),

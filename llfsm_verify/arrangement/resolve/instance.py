@@ -209,7 +209,9 @@ class InstanceChecker:
         value = default_value(text.type)
         if text.init is not None:
             constants_only = replace(scope, variables={})
-            given = read_value(self.report, text.init, text.type, constants_only, f"`{text.name}`")
+            report = Report(self.report.vocabulary)
+            given = read_value(report, text.init, text.type, constants_only, f"`{text.name}`")
+            self.report.keep(report.diagnostics, self.broken)
             value = given if given is not None else value
         variable = Variable(full_name, text.type, value, "state" if kind == "state" else "machine", text.span)
         self.variables[text.name] = variable

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import pickle
 import platform
+import threading
 import time
 import warnings
 from collections.abc import Callable, Iterable
@@ -31,6 +32,7 @@ ANSWER, WORKERS = 10.0, 30.0
 """Seconds in which a scheduler answers, and in which a worker comes."""
 AHEAD = 2
 """Tasks a thread of a worker that the scheduler has."""
+TLS = "DASK_DISTRIBUTED__COMM__TLS__"
 LOOK = 1.0
 """Seconds between two looks at the scheduler."""
 RESUME = "what was done is kept: the same sweep, with the same results file, goes on from there"
@@ -51,11 +53,13 @@ class Cluster:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # about versions, which are compared here
-                self._client: Any = Client(address, timeout=ANSWER, set_as_default=False)
+                self._client = _connected(address)
         except Exception as error:  # noqa: BLE001 - whatever answers there, or does not
             self._logger.setLevel(self._level)
             why = " ".join(str(error).split())[:200] or "what answers is not a scheduler"
             hint = "start it with `dask scheduler`, and look whether the address is the one that it prints"
+            if address.startswith("tls:") and "TLS" in why:
+                hint = f"name certificates in Dask's configuration: {TLS}CA_FILE, {TLS}CLIENT__CERT, {TLS}CLIENT__KEY"
             raise _error(codes.ABSENT, f"no scheduler answers at {address}: {why}", hint) from None
         try:
             self._wait_for_workers()
@@ -104,7 +108,7 @@ class Cluster:
                         suspects.append(task)  # or what else its workers had to do
                     else:
                         ended(task, found)
-        except (KeyboardInterrupt, DiagnosticError):
+        except (KeyboardInterrupt, SystemExit, DiagnosticError):
             for future, task in running.items():
                 if future.done() and not future.cancelled() and future.exception() is None:
                     ended(task, future.result())
@@ -170,6 +174,20 @@ class Cluster:
 
     def _gone(self, why: str) -> DiagnosticError:
         return _error(codes.GONE, f"the scheduler at {self.address} is gone: {why}", RESUME)
+
+
+def _connected(address: str) -> Any:
+    """A client. TimeoutError: something else listens there, to which Dask listens without end."""
+    found: Future[Any] = Future()
+
+    def connect() -> None:
+        try:
+            found.set_result(Client(address, timeout=ANSWER, set_as_default=False))
+        except BaseException as error:  # noqa: BLE001 - raised in the other thread
+            found.set_exception(error)
+
+    threading.Thread(target=connect, daemon=True).start()
+    return found.result(2 * ANSWER)
 
 
 def _error(code: str, message: str, hint: str) -> DiagnosticError:

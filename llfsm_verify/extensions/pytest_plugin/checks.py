@@ -159,6 +159,7 @@ class Check:
         """
         __tracebackhide__ = True
         path = given if isinstance(given, Mapping) else self._folder / given
+        violated = [violated] if isinstance(violated, str) else violated
         with without_traceback(self._config):
             rows = sweep(path, jobs=jobs, scheduler=scheduler, results=results, timeout=timeout, memory=memory)
             wrong = [

@@ -16,6 +16,7 @@ NO_PROCESS: Final = "E598"
 IDLE_EXCLUSION: Final = "W590"
 DAMAGED_ROW: Final = "W591"
 OTHER_ROWS: Final = "W592"
+NO_PROPERTIES: Final = "W593"
 CODES: Final = {
     NO_FILE: "A pattern in a sweep matches no file.",
     NO_NAME: "A sweep gives a value to something that one of its arrangements does not have.",
@@ -28,5 +29,6 @@ CODES: Final = {
     NO_PROCESS: "The system does not let a sweep start processes.",
     IDLE_EXCLUSION: "An exclusion of a sweep excludes no combination.",
     DAMAGED_ROW: "A line of a file of results cannot be read, and its combination is checked again.",
-    OTHER_ROWS: "A file of results has rows of other combinations, which are left out.",
+    OTHER_ROWS: "A file of results has rows of other combinations, which are kept.",
+    NO_PROPERTIES: "A sweep names no property files, and none stands beside an arrangement.",
 }

@@ -11,12 +11,14 @@ from shlex import quote
 from llfsm_verify import Diagnostic, DiagnosticError
 from llfsm_verify import SweepRow as Row
 from llfsm_verify.extensions.sweep.plan import Plan
+from llfsm_verify.extensions.sweep.scheduling import is_elsewhere
 from llfsm_verify.extensions.sweep.sweeping import Rows, sweep
 from llfsm_verify.plug import (
     CommandParser,
     Output,
     StatusLine,
     Unregistered,
+    UsageError,
     ending_raises,
     limit_arguments,
     positive_number,
@@ -50,7 +52,11 @@ def arguments(parser: CommandParser) -> None:
 def run(options: Namespace) -> int:
     """Sweep and report; the exit code, 3 also where the scheduler was lost. DiagnosticError: wrong files."""
     given = Path(options.sweep)
-    results = Path(options.results) if options.results else given.with_name(f"{given.stem}{RESULTS}")
+    results = Path(options.results) if options.results else given.parent / f"{given.stem}{RESULTS}"
+    if options.jobs and is_elsewhere(options.scheduler):
+        raise UsageError(
+            "--jobs is for processes of this machine, and a scheduler has its own workers: leave out --jobs"
+        )
     with ending_raises(), StatusLine() as line, wrong_usage(Unregistered, "--scheduler: "):
         watched = _Watched(line, results)
         rows = sweep(

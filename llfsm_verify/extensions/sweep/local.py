@@ -84,7 +84,7 @@ class Processes:
                     suspects += self._abandoned(running, ended)
                     for task in suspects:
                         ended(task, self._alone(call, task))
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, SystemExit):
             for future, task in running.items():
                 if future not in told and future.done() and not future.cancelled() and future.exception() is None:
                     ended(task, future.result())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
@@ -13,11 +13,11 @@ from itertools import product
 from pathlib import Path
 
 from llfsm_verify import Diagnostic, DiagnosticError
-from llfsm_verify.extensions.sweep.codes import IDLE_EXCLUSION, NO_NAME, WRONG_EXCLUSION
+from llfsm_verify.extensions.sweep.codes import IDLE_EXCLUSION, NO_NAME, NO_PROPERTIES, WRONG_EXCLUSION
 from llfsm_verify.extensions.sweep.reading import ARRANGEMENT, PROPERTIES, Given, SweepFile
 from llfsm_verify.extensions.sweep.spelling import words
 from llfsm_verify.extensions.sweep.task import Task, ValueKind
-from llfsm_verify.extensions.sweep.values import NoSuchName, with_nodes
+from llfsm_verify.extensions.sweep.values import NoSuchName, names, with_nodes
 from llfsm_verify.plug import (
     Arrangement,
     Draft,
@@ -26,6 +26,7 @@ from llfsm_verify.plug import (
     PropertySet,
     Source,
     Span,
+    UnreadablePart,
     bind,
     did_you_mean,
     doubts,
@@ -93,7 +94,23 @@ def plan(sweep: SweepFile) -> Plan:
         )
     files = _Files(sweep)
     doubted = _look_through(files, chosen)
-    return Plan(sweep, tuple(files.combination(i, row) for i, row in enumerate(chosen, 1)), (*idle, *doubted))
+    return Plan(
+        sweep,
+        tuple(files.combination(i, row) for i, row in enumerate(chosen, 1)),
+        (*idle, *_bare(files, sweep), *doubted),
+    )
+
+
+def _bare(files: _Files, sweep: SweepFile) -> Iterator[Diagnostic]:
+    """Warnings about arrangements of which nothing is asked, one a place."""
+    seen: set[int] = set()
+    for at in sweep.axes[0].values:
+        place = mark(at.node)
+        asked = any(axis.name == PROPERTIES for axis in sweep.axes) or files.names({ARRANGEMENT: at})
+        if not asked and place.start not in seen:
+            seen.add(place.start)
+            message = f"no property file stands beside `{at.value}`, so nothing but faults is looked for"
+            yield Diagnostic(NO_PROPERTIES, message, place, hint="name property files under `properties`")
 
 
 def _look_through(files: _Files, chosen: Sequence[Mapping[str, Given]]) -> tuple[Diagnostic, ...]:
@@ -173,9 +190,33 @@ class _Files:
         try:
             return resolve(with_nodes(self.draft(row[ARRANGEMENT]), values))
         except NoSuchName as wrong:
-            raise _unknown(wrong, self.sweep, str(row[ARRANGEMENT].value)) from None
+            raise self._unknown(wrong, str(row[ARRANGEMENT].value)) from None
 
-    def _names(self, row: Mapping[str, Given]) -> tuple[str, ...]:
+    def _unknown(self, wrong: NoSuchName, arrangement: str) -> DiagnosticError:
+        """E591, with what there is instead, or which arrangements have it."""
+        axis = next(axis for axis in self.sweep.axes if axis.name == wrong.name and axis.kind == wrong.kind)
+        what = {
+            "constant": f"no machine of {arrangement} has a constant `{wrong.name}`",
+            "parameter": f"{arrangement} has no parameter `{wrong.name}`",
+            "initial": f"{arrangement} has no variable `{wrong.name}`",
+        }[wrong.kind]
+        having = [str(at.value) for at in self.sweep.axes[0].values if self._has(at, wrong)]
+        if having:
+            more = f" and {len(having) - 3:,} others" if len(having) > 3 else ""
+            hint = f"write a sweep of its own for those that have it: {', '.join(having[:3])}{more}"
+        else:
+            there = f"there are: {', '.join(wrong.known[:20])}" if wrong.known else "leave it out: there is none at all"
+            hint = did_you_mean(wrong.name, wrong.known) or there
+        return DiagnosticError(Diagnostic(NO_NAME, what, axis.place, hint=hint))
+
+    def _has(self, at: Given, wrong: NoSuchName) -> bool:
+        try:
+            draft = self.draft(at).arrangement
+        except DiagnosticError:
+            return False  # which is said when it is looked at
+        return not isinstance(draft, UnreadablePart) and wrong.name in names(draft, wrong.kind)
+
+    def names(self, row: Mapping[str, Given]) -> tuple[str, ...]:
         """The property files of a row, as they are opened."""
         if PROPERTIES in row:
             return (str(self._path(row[PROPERTIES].value)),)
@@ -183,7 +224,7 @@ class _Files:
 
     def properties(self, row: Mapping[str, Given]) -> PropertySet:
         """What is asked. DiagnosticError."""
-        return self._asked(self._names(row))[0]
+        return self._asked(self.names(row))[0]
 
     def _asked(self, names: tuple[str, ...]) -> tuple[PropertySet, tuple[Source, ...]]:
         if names not in self._properties:
@@ -198,7 +239,7 @@ class _Files:
 
     def combination(self, number: int, row: Mapping[str, Given]) -> Combination:
         """One of them, with its task."""
-        names = self._names(row)
+        names = self.names(row)
         both = str(row[ARRANGEMENT].value), names
         if both not in self._texts:
             draft = self.draft(row[ARRANGEMENT])
@@ -245,16 +286,3 @@ def _absolute(path: str | Path) -> Path:
 def _digest(value: object) -> str:
     text = json.dumps(value, ensure_ascii=False, separators=(",", ":"))
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
-
-
-def _unknown(wrong: NoSuchName, sweep: SweepFile, arrangement: str) -> DiagnosticError:
-    axis = next(axis for axis in sweep.axes if axis.name == wrong.name and axis.kind == wrong.kind)
-    what = {
-        "constant": f"no machine of {arrangement} has a constant `{wrong.name}`",
-        "parameter": f"{arrangement} has no parameter `{wrong.name}`",
-        "initial": f"{arrangement} has no variable `{wrong.name}`",
-    }[wrong.kind]
-    hint = did_you_mean(wrong.name, wrong.known)
-    if hint is None and wrong.known:
-        hint = f"there are: {', '.join(wrong.known[:20])}"
-    return DiagnosticError(Diagnostic(NO_NAME, what, axis.place, hint=hint or "leave it out: there is none at all"))

@@ -55,6 +55,8 @@ KINDS: Mapping[str, ValueKind] = {"constants": "constant", "parameters": "parame
 NOT_HERE = ("progress", "decided", "tell", "checkpoint", "checkpoint_every", "resume", "jobs")
 """Options of a check that a sweep has not: its tasks run elsewhere, each on one core."""
 
+_DOTS = re.compile(r"\s*([+-]?\w+(?:\.\d+)?)\s*\.\.\.?\s*([+-]?\w+(?:\.\d+)?)\s*\Z", re.ASCII)
+"""A range as a type has it, such as `1..3`."""
 _WORD = Single(("string", "number", "boolean"))
 _PATHS = Either((Single(("string",)), Several(Single(("string",)), different=False)))
 RANGE = Table(
@@ -252,6 +254,10 @@ class _Reader:
         if isinstance(node, MappingNode):
             return {key.text: self._value(name, item) for key, item in node.items}
         scalar = self.report.scalar(node, f"a value of `{name[:60]}`")
+        if scalar is not None and (ends := _DOTS.match(scalar.text)):
+            message = f"`{scalar.text[:40]}` is not a value of `{name[:60]}`"
+            self.report.error(WRONG_RANGE, message, mark(node), f"write `{{from: {ends[1]}, to: {ends[2]}}}`")
+            return None
         return None if scalar is None else read_value(scalar.text)
 
     def _different(self, name: str, values: tuple[Given, ...]) -> None:
@@ -278,7 +284,8 @@ class _Reader:
         if first is None or last is None or step is None:
             return None
         if step <= 0:
-            self.report.error(WRONG_RANGE, "a step is more than 0", mark(fields["step"]), "write `from` before `to`")
+            hint = "write a positive one, or leave it out: it is 1 then"
+            self.report.error(WRONG_RANGE, "a step is more than 0", mark(fields["step"]), hint)
             return None
         if last < first:
             message = f"there is no number from {words(number(first))} to {words(number(last))}"

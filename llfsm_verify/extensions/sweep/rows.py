@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import re
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import fields
 from importlib.metadata import version
 from pathlib import Path
@@ -80,11 +82,19 @@ class ResultsFile:
         self.path = path
         self.known: dict[str, Row] = {}
         """The rows that need not be checked again, by their keys."""
+        self._others: dict[str, Row] = {}
+        """Those of no combination of this sweep, which stay in the file."""
         self.warnings: list[Diagnostic] = []
         head: dict[str, Json] = {"format": 1, "kind": KIND, "version": version("llfsm-verify"), "sweep": plan.digest}
         self._head = {**head, "combinations": len(plan.combinations)}
-        self._read(plan)
-        self.write(self.known.values())
+        self._lock: int | None = None
+        try:
+            self._hold()
+            self._read(plan)
+            self.write(self.known.values())
+        except BaseException:
+            self.close()
+            raise
 
     @property
     def traces(self) -> Path:
@@ -100,9 +110,32 @@ class ResultsFile:
             raise self._wrong(f"results cannot be written there: {error.strerror or 'input/output error'}") from None
 
     def write(self, rows: Iterable[Row]) -> None:
-        """Write these rows and no others. DiagnosticError (E596)."""
-        text = "".join(_line(each) for each in (self._head, *map(row_data, rows)))
+        """Write these rows, then those that are of no combination of this sweep. DiagnosticError (E596)."""
+        text = "".join(_line(each) for each in (self._head, *map(row_data, (*rows, *self._others.values()))))
         write_whole(text, str(self.path), WRONG_RESULTS, "the file of results")
+        self._hold()  # it is a new file
+
+    def close(self) -> None:
+        """Let other sweeps have the file."""
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
+
+    def _hold(self) -> None:
+        """Keep the file, where there is one, from other sweeps. DiagnosticError (E596): one has it."""
+        self.close()
+        if not self.path.is_file():
+            return
+        with suppress(OSError):  # a file that cannot be opened is told of where it is read
+            self._lock = os.open(self.path, os.O_RDONLY)
+        if self._lock is not None:
+            try:
+                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                message, hint = "another sweep is writing this file", "wait for it, or name another file with --results"
+                raise self._wrong(message, hint) from None
+            except OSError:  # a file system without locks
+                self.close()
 
     def save(self, combination: Combination, outcome: Outcome) -> Row:
         """The row of an outcome, after its traces and its line are written. DiagnosticError (E596)."""
@@ -122,12 +155,8 @@ class ResultsFile:
 
     def _read(self, plan: Plan) -> None:
         try:
-            there = self.path.exists()
-            if (
-                str(self.path) == "-"
-                or _STREAMS.match(str(self.path.absolute()))
-                or (there and not self.path.is_file())
-            ):
+            stream = str(self.path) == "-" or _STREAMS.match(str(self.path.absolute()))
+            if stream or (self.path.exists() and not self.path.is_file()):
                 message = "results are kept in a file, to go on from there, and this is not one"
                 raise self._wrong(message, "name another file")
             data = self.path.read_bytes() if self.path.exists() else b""
@@ -137,11 +166,12 @@ class ResultsFile:
         if not data:
             return
         source, lines = Source(str(self.path), data.decode("utf-8", "replace")), data.splitlines(keepends=True)
-        if not _is_head(lines[0]):
+        head = _head(lines[0])
+        if head is None:
             raise self._wrong("this is not a file of results of a sweep", "name another file")
         wanted = {each.task.key for each in plan.combinations}
         meant = {words(dict(each.values)) for each in plan.combinations}
-        there = others = 0
+        read = 0
         at = len(lines[0].decode("utf-8", "replace"))
         for line in lines[1:]:
             start, at = at, at + len(line.decode("utf-8", "replace"))
@@ -152,15 +182,20 @@ class ResultsFile:
                 hint = "leave files of results as they are while a sweep runs"
                 self.warnings.append(Diagnostic(DAMAGED_ROW, message, Span(source, start, at - 1), hint=hint))
                 continue
-            there, others = there + 1, others + (words(dict(row.values)) not in meant)
+            read += 1
+            if row.key not in wanted and words(dict(row.values)) not in meant:
+                self._others[row.key] = row
             files = (self.path.parent / file for file in row.traces.values())
             if row.key in wanted and row.state not in AGAIN and all(file.is_file() for file in files):
                 self.known[row.key] = row
-        if there and others == there:
+        others = len(self._others)
+        ours = head.get("sweep") == plan.digest  # ended, perhaps, before its first row
+        if read and others == read and not ours:
             hint = "name another file, or remove this one"
-            raise self._wrong(f"this file has {counted(there, 'row')}, none of a combination of this sweep", hint)
+            raise self._wrong(f"this file has {counted(read, 'row')}, none of a combination of this sweep", hint)
         if others:
-            message = f"{counted(others, 'row')} of combinations that this sweep has not: left out from now on"
+            belong, are = ("belongs", "it is") if others == 1 else ("belong", "they are")
+            message = f"{counted(others, 'row')} of the file {belong} to no combination of this sweep; {are} kept"
             hint = "give each sweep a file of its own with --results"
             self.warnings.append(Diagnostic(OTHER_ROWS, message, hint=hint, file=str(self.path)))
 
@@ -182,12 +217,13 @@ def _line(data: Mapping[str, Json]) -> str:
     return f"{text if text.isprintable() else json.dumps(data)}\n"  # names of files need not be Unicode
 
 
-def _is_head(line: bytes) -> bool:
+def _head(line: bytes) -> Mapping[str, Json] | None:
+    """What the first line of a file of results says; None: it is not one."""
     try:
         head = json.loads(line)
     except (ValueError, RecursionError):
-        return False
-    return isinstance(head, dict) and head.get("kind") == KIND and head.get("format") == 1
+        return None
+    return head if isinstance(head, dict) and head.get("kind") == KIND and head.get("format") == 1 else None
 
 
 def _placed(text: str, combination: Combination, folder: Path) -> str:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from llfsm_verify.extensions.sweep.task import Outcome, Scheduler, Task
 from llfsm_verify.extensions.sweep.worker import guarded, patience
-from llfsm_verify.plug import SCHEDULERS, LostTask, TaskScheduler
+from llfsm_verify.plug import SCHEDULERS, LostTask, TaskScheduler, Unregistered
 
 PROCESSES = "processes"
 """The scheduler where no address is given."""
+HOST = re.compile(r"(?:localhost|[\w-]+(?:\.[\w-]+)+|[\w.-]+:[0-9]+|\[[0-9a-fA-F:]+\]:[0-9]+)(?::[0-9]+)?\Z", re.ASCII)
+"""A machine, and perhaps a port, without a scheme before it."""
 
 
 def opened(address: str | None = None, workers: int | None = None) -> Scheduler:
@@ -20,7 +23,15 @@ def opened(address: str | None = None, workers: int | None = None) -> Scheduler:
     Unregistered: there is none for the address. ModuleNotFoundError, DiagnosticError: it cannot be used.
     """
     address = PROCESSES if address is None else address
+    if address not in SCHEDULERS and HOST.match(address) and "tcp" in SCHEDULERS:
+        instead = f"tcp://{address}" if ":" in address else f"tcp://{address}:8786"
+        raise Unregistered(f"`{address}` does not begin with the name of a scheduler: for one of Dask write {instead}")
     return Performing(SCHEDULERS.load(address.partition("://")[0])(address, workers))
+
+
+def is_elsewhere(address: str | None) -> bool:
+    """Whether it has workers of its own."""
+    return address is not None and address.partition("://")[0] != PROCESSES
 
 
 @dataclass(frozen=True, slots=True)

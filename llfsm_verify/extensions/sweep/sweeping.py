@@ -12,7 +12,7 @@ from llfsm_verify import SweepRow as Row
 from llfsm_verify.extensions.sweep.plan import Combination, Plan, plan
 from llfsm_verify.extensions.sweep.reading import read_sweep
 from llfsm_verify.extensions.sweep.rows import ResultsFile, row_of
-from llfsm_verify.extensions.sweep.scheduling import opened
+from llfsm_verify.extensions.sweep.scheduling import is_elsewhere, opened
 from llfsm_verify.extensions.sweep.table import csv_table, json_table, properties_of, summary, text_table
 from llfsm_verify.extensions.sweep.task import Outcome, Task
 from llfsm_verify.plug import checked_options, parse_size
@@ -35,7 +35,8 @@ class Rows(Sequence[Row]):
         self.combinations = len(plan.combinations)
         self.warnings = plan.warnings
         self.stopped = stopped
-        """What ended the sweep before its end: KeyboardInterrupt, or that its scheduler could not go on."""
+        """What ended the sweep before its end: KeyboardInterrupt, SystemExit of a signal, or that its scheduler could
+        not go on."""
 
     @overload
     def __getitem__(self, index: int) -> Row: ...
@@ -56,8 +57,10 @@ class Rows(Sequence[Row]):
 
     @property
     def exit_code(self) -> int:
-        """The most important one of all rows; 130 where it was interrupted, 3 where its scheduler
-        was lost."""
+        """The most important one of all rows; 130 where it was interrupted, that of a signal that ended it, 3 where
+        its scheduler was lost."""
+        if isinstance(self.stopped, SystemExit):
+            return int(self.stopped.code or 0)
         ended = {KeyboardInterrupt: INTERRUPTED, DiagnosticError: BAD_INPUT}.get(type(self.stopped), 0)
         codes = {ended, *(row.exit_code for row in self.rows)}
         return next((code for code in ORDER if code in codes), max(codes))
@@ -108,11 +111,19 @@ def rows_of(
     """What `llfsm_verify.sweep` gives, and raises."""
     if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1):
         raise ValueError(f"`jobs` is a whole number from 1, not {jobs!r}")
+    if not isinstance(scheduler, str | None):
+        raise ValueError(f"`scheduler` is an address such as 'tcp://localhost:8786', not {scheduler!r}")
+    if jobs is not None and is_elsewhere(scheduler):
+        raise ValueError(
+            "`jobs` is for processes of this machine, and a scheduler has its own workers: leave out `jobs`"
+        )
+    if not isinstance(given, str | Path | Mapping):
+        raise TypeError(f"a sweep is the path of a file or a mapping of its shape, not {given!r:.80}")
     limits = {"timeout": timeout, "memory": memory}
     checked_options("sweep", limits, LimitOptions)
     size = parse_size(memory) if isinstance(memory, str) else memory
     rows = sweep(given, jobs=jobs, scheduler=scheduler, results=results, timeout=timeout, memory=size)
-    if isinstance(rows.stopped, DiagnosticError):
+    if isinstance(rows.stopped, DiagnosticError | SystemExit):
         raise rows.stopped
     return rows
 
@@ -151,10 +162,13 @@ def sweep(
             ended(row)
 
     left = [each for each in planned.combinations if each.number not in found]
-    stopped = _perform(left, take, scheduler, jobs)
-    rows = Rows(found, planned, stopped)
-    if kept is not None:
-        kept.write(rows.rows)
+    try:
+        rows = Rows(found, planned, _perform(left, take, scheduler, jobs))
+        if kept is not None:
+            kept.write(rows.rows)
+    finally:
+        if kept is not None:
+            kept.close()
     return rows
 
 
@@ -167,7 +181,7 @@ def _perform(
     performing = opened(scheduler, jobs)
     try:
         performing.run((each.task for each in left), take)
-    except (KeyboardInterrupt, DiagnosticError) as stopped:
+    except (KeyboardInterrupt, SystemExit, DiagnosticError) as stopped:
         return stopped
     finally:
         performing.close()

@@ -66,6 +66,13 @@ def test_what_is_no_address(address: str) -> None:
 
 
 @pytest.mark.slow
+def test_tls_without_certificates() -> None:
+    with pytest.raises(DiagnosticError, match="E600") as caught:
+        opened("tls://127.0.0.1:8786")
+    assert "DASK_DISTRIBUTED__COMM__TLS__CA_FILE" in str(caught.value.diagnostics[0].hint)
+
+
+@pytest.mark.slow
 def test_a_scheduler_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("llfsm_verify.extensions.cluster.dask.ANSWER", 1.0)
     with socket.socket() as held:
@@ -73,6 +80,15 @@ def test_a_scheduler_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
         address = f"tcp://127.0.0.1:{held.getsockname()[1]}"
         code, message = wrong(lambda: opened(address))
     assert code == "E600" and message.startswith(f"no scheduler answers at {address}: ")
+
+
+@pytest.mark.slow
+def test_what_answers_is_something_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("llfsm_verify.extensions.cluster.dask.ANSWER", 1.0)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        code, message = wrong(lambda: opened(address))
+    assert (code, message) == ("E600", f"no scheduler answers at {address}: what answers is not a scheduler")
 
 
 # -------------------------------------------------- tasks

@@ -27,4 +27,5 @@ PROVOKED = {
     "W592": _sweep(
         "initial: {n: [1, 2]}", after=("llfsm sweep t.yaml --results s.results.jsonl",), t="initial: {n: [1]}"
     ),
+    "W593": _sweep("initial: {n: [1, 2]}"),
 }

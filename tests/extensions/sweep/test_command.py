@@ -45,8 +45,14 @@ def test_rows_are_kept_and_not_checked_again(tmp_path: Path) -> None:
         (["--jobs", "0"], 2, "--jobs: '0' is not a whole number from 1"),
         (["--format", "xml"], 2, "--format"),
         (["--scheduler", "amqp://localhost:1"], 2, "--scheduler: there is no scheduler `amqp`"),
+        (["--scheduler", "127.0.0.1:8786"], 2, "for one of Dask write tcp://127.0.0.1:8786"),
+        (["--scheduler", "localhost"], 2, "for one of Dask write tcp://localhost:8786"),
+        (["--scheduler", "node7:9000"], 2, "for one of Dask write tcp://node7:9000"),
+        (["--scheduler", "dask"], 2, "--scheduler: there is no scheduler `dask`"),
+        (["--scheduler", "tcp://localhost:8786", "--jobs", "2"], 2, "leave out --jobs"),
         (["--memory", "3"], 2, "has no unit"),
         (["--timeout", "-1"], 2, "positive"),
+        (["-o", "x.csv"], 2, "write `--format csv > x.csv` for a file"),
         (["--results", "."], 3, "error[E596]"),
     ],
 )
@@ -73,6 +79,12 @@ def test_files_in_each_others_place_are_one_mistake(tmp_path: Path) -> None:
         found = llfsm(command, str(file))
         assert found.returncode == 3 and found.stderr.count("error[") == found.stderr.count("error[E019]") == 1
         assert said in found.stderr
+
+
+@pytest.mark.parametrize("name", [".", "..", "/"])
+def test_a_folder_is_no_sweep(name: str) -> None:
+    found = llfsm("sweep", name)
+    assert found.returncode == 3 and "error[E003]: this is a directory" in found.stderr, found
 
 
 @pytest.mark.slow
@@ -140,13 +152,16 @@ def test_sigterm_leaves_no_folder(tmp_path: Path) -> None:
         command,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
+        text=True,
         env=os.environ | {"TMPDIR": str(temporary)},
     )
     while done.poll() is None and not (results.exists() and results.read_text().count("\n") > 3):
         time.sleep(0.01)
     done.send_signal(signal.SIGTERM)
-    done.communicate(timeout=300)
-    assert done.returncode == 128 + signal.SIGTERM and results.read_text().count("\n") > 3
+    out, said = done.communicate(timeout=300)
+    known = results.read_text().count("\n") - 1
+    assert done.returncode == 128 + signal.SIGTERM and 3 <= known < 210 and f"{known} of 210 combinations" in out
+    assert f"ended after {known} of 210 rows; to go on: llfsm sweep {path} --results {results}" in said
     assert not list(temporary.iterdir())
 
 
@@ -183,12 +198,19 @@ def test_rows_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     ("wrong", "kind"),
     [
         ({"timeout": -1}, ValueError), ({"memory": "3"}, ValueError), ({"jobs": 0}, ValueError),
-        ({"jobs": 1.5}, ValueError), ({"scheduler": "amqp://x"}, ValueError),
+        ({"jobs": 1.5}, ValueError), ({"scheduler": "amqp://x"}, ValueError), ({"scheduler": 8786}, ValueError),
+        ({"jobs": 2, "scheduler": "tcp://localhost:8786"}, ValueError), ({"scheduler": "localhost"}, ValueError),
     ],
 )  # fmt: skip
 def test_wrong_arguments(wrong: dict[str, object], kind: type[Exception], tmp_path: Path) -> None:
     with pytest.raises(kind):
         lv.sweep(written(tmp_path, TEXT), **wrong)  # type: ignore[arg-type]
+
+
+def test_a_model_is_no_sweep(tmp_path: Path) -> None:
+    written(tmp_path)
+    with pytest.raises(TypeError, match="a sweep is the path of a file or a mapping of its shape, not <"):
+        lv.sweep(lv.load(tmp_path / "a.yaml"))  # type: ignore[arg-type]
 
 
 @pytest.mark.slow

@@ -144,12 +144,15 @@ def test_the_combinations_are_those_of_a_product(seed: int, tmp_path: Path, monk
 
 
 def test_what_excludes_nothing_is_a_warning(tmp_path: Path) -> None:
-    text = "arrangements: [a.yaml]\nconstants: {LIMIT: [1, 2]}\nexclude: [{LIMIT: {from: 3, to: 9}}, {LIMIT: 0x1}]\n"
+    text = "arrangements: [a.yaml]\nproperties: p.ltl\nconstants: {LIMIT: [1, 2]}\n"
+    text += "exclude: [{LIMIT: {from: 3, to: 9}}, {LIMIT: 0x1}]\n"
     found = plan(read_sweep(written(tmp_path, text)))
-    assert [dict(each.values) for each in found.combinations] == [{"arrangement": "a.yaml", "LIMIT": 2}]
+    assert [dict(each.values) for each in found.combinations] == [
+        {"arrangement": "a.yaml", "LIMIT": 2, "properties": "p.ltl"}
+    ]
     (warning,) = found.warnings
     assert warning.code == "W590" and warning.span is not None
-    assert (warning.span.line, warning.span.column) == (3, 11)
+    assert (warning.span.line, warning.span.column) == (4, 11)
 
 
 def keys(found: Plan) -> list[str]:
@@ -198,8 +201,13 @@ def test_a_task_has_all_texts_and_no_others(tmp_path: Path) -> None:
 
 def test_without_properties_those_beside_are_asked(tmp_path: Path) -> None:
     path = written(tmp_path, "arrangements: [a.yaml, b/faulty.yaml]\n", a_ltl="beside: G n <= 5\n")
-    found = plan(read_sweep(path)).combinations
-    assert [each.task.properties for each in found] == [("a.ltl",), ()]
+    found = plan(read_sweep(path))
+    assert [each.task.properties for each in found.combinations] == [("a.ltl",), ()]
+    (warning,) = found.warnings
+    said = "warning[W593]: no property file stands beside `b/faulty.yaml`, so nothing but faults is looked for"
+    assert warning.render().splitlines()[0].endswith(f"SWEEP.yaml:1:24: {said}")
+    path.write_text("arrangements: [a.yaml, b/faulty.yaml]\nproperties: [p.ltl]\n")
+    assert not plan(read_sweep(path)).warnings
 
 
 def test_values_of_long_sweeps_are_looked_at_one_by_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

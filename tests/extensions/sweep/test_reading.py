@@ -47,7 +47,8 @@ WRONG: dict[str, tuple[str, str, int, int, str]] = {
     "no such parameter": (A + "parameters: {middle.LIMIT: [1]}\n", "E591", 2, 14, "did you mean `left.LIMIT`"),
     "no such variable": (A + "initial: {left.cuont: [1]}\n", "E591", 2, 11, "did you mean `left.count`"),
     "not of the faulty one": (
-        "arrangements: [a.yaml, c.yaml]\nconstants: {LIMIT: [1]}\n", "E591", 2, 13, "no machine of c.yaml",
+        "arrangements: [a.yaml, c.yaml]\nconstants: {LIMIT: [1]}\n", "E591", 2, 13,
+        "write a sweep of its own for those that have it: a.yaml",
     ),
     "out of range": (A + "constants: {LIMIT: [1, 10]}\n", "E128", 2, 24, "10"),
     "range out of range": (A + "constants: {LIMIT: {from: 1, to: 12}}\n", "E128", 2, 34, "10"),
@@ -57,7 +58,11 @@ WRONG: dict[str, tuple[str, str, int, int, str]] = {
     "no whiteboard variable": (A + "parameters: {left.total: [m]}\n", "E063", 2, 27, "no whiteboard variable `m`"),
     "two at once": (A + "initial: {n: [20], left.COUNT.turns: [4]}\n", "E128", 2, 39, "turns"),
     "no numbers": (A + "constants: {LIMIT: {from: 5, to: 1}}\n", "E594", 2, 34, "no number from 5 to 1"),
-    "no step": (A + "constants: {LIMIT: {from: 1, to: 5, step: 0}}\n", "E594", 2, 43, "more than 0"),
+    "no step": (A + "constants: {LIMIT: {from: 1, to: 5, step: 0}}\n", "E594", 2, 43, "write a positive one"),
+    "a negative step": (A + "constants: {LIMIT: {from: 1, to: 5, step: -2}}\n", "E594", 2, 43, "write a positive one"),
+    "dots": (A + "constants: {LIMIT: 1..3}\n", "E594", 2, 20, "write `{from: 1, to: 3}`"),
+    "dots in a list": (A + "constants: {LIMIT: [9, 1 .. 3]}\n", "E594", 2, 24, "write `{from: 1, to: 3}`"),
+    "dots of decimals": (A + "initial: {step: -0.5...0.7}\n", "E594", 2, 17, "write `{from: -0.5, to: 0.7}`"),
     "no number": (A + "constants: {LIMIT: {from: one, to: 5}}\n", "E594", 2, 27, "`from` cannot be `one`"),
     "no end": (A + "constants: {LIMIT: {from: 1}}\n", "E034", 2, 20, "write `to: …`"),
     "key of a range": (A + "constants: {LIMIT: {from: 1, to: 2, by: 1}}\n", "E033", 2, 37, "known here"),
@@ -111,6 +116,17 @@ def test_what_is_said_of_a_wrong_file(name: str, tmp_path: Path) -> None:
     elif line:
         assert first.span is not None
         assert (where, first.span.line, first.span.column) == ("SWEEP.yaml", line, column), first.render()
+
+
+def test_a_wrong_constant_is_one_mistake(tmp_path: Path) -> None:
+    """Also where an initial value of the machine asks for it."""
+    text = A + "constants: {LIMIT: [0]}\n"
+    path = written(tmp_path, text)
+    machine = tmp_path / "m.machine.yaml"
+    machine.write_text(machine.read_text().replace("count: {type: 0..9}", "count: {type: 0..9, init: LIMIT}"))
+    with pytest.raises(DiagnosticError) as raised:
+        plan(read_sweep(path))
+    assert [(d.code, d.span.column) for d in raised.value.diagnostics if d.span] == [("E128", 21)]
 
 
 def test_mistakes_are_told_together(tmp_path: Path) -> None:

@@ -244,10 +244,48 @@ def test_texts_that_changed_are_checked_again(use: Use, outcomes: dict[str, Outc
     rows = sweep(path, results=tmp_path / "r.jsonl", began=lambda *all_: said.extend(all_[2]))
     assert known.asked == 0 and [row.values["LIMIT"] for row in rows] == [8, 2, 8, 2]
     (warning,) = said
-    assert warning.code == "W592" and warning.message.startswith("2 rows of combinations")
+    assert warning.code == "W592" and warning.message.startswith("2 rows of the file belong to no combination")
     (tmp_path / "m.machine.yaml").write_text((tmp_path / "m.machine.yaml").read_text() + "# other\n")
     with pytest.raises(KeyError):  # neither is a task that is known
         done(tmp_path, tmp_path / "r.jsonl")
+
+
+@pytest.mark.parametrize("at", [0, 1, 3])
+def test_rows_of_other_combinations_are_kept(at: int, use: Use, tmp_path: Path) -> None:
+    path, results = written(tmp_path, TEXT), tmp_path / "r.jsonl"
+    use()
+    done(tmp_path, results)
+    _, *before = plain(results).splitlines()
+    path.write_text(TEXT.replace("[2, 5, 8]", "[8, 2]"))
+    head, *lines = results.read_text().splitlines(keepends=True)
+    if at:  # it was begun with one row that is known, and ended after some others
+        eights = [line for line in lines if '"LIMIT": 8' in line]
+        results.write_text("".join([head, eights[0], *(line for line in lines if '"LIMIT": 5' in line)]))
+        use(at - 1)
+        done(tmp_path, results)
+    use()
+    rows = done(tmp_path, results)
+    _, *after = plain(results).splitlines()
+    assert len(rows) == 4 and after == [before[i] for i in (2, 0, 5, 3, 1, 4)]
+    path.write_text(TEXT)
+    known = use()
+    done(tmp_path, results)
+    assert known.asked == 0 and plain(results).splitlines()[1:] == before
+
+
+def test_a_sweep_that_ended_before_its_first_row_goes_on(use: Use, tmp_path: Path) -> None:
+    path, results = written(tmp_path, TEXT), tmp_path / "r.jsonl"
+    use()
+    done(tmp_path, results)
+    path.write_text(TEXT.replace("[2, 5, 8]", "[2, 5]") + "# other\n")
+    lines = results.read_text().splitlines(keepends=True)
+    lines[1:] = [line.replace('"key": "', '"key": "0') if '"LIMIT": 8' not in line else line for line in lines[1:]]
+    results.write_text("".join(lines))  # as if texts had changed
+    use(0)
+    assert len(done(tmp_path, results)) == 0
+    assert [json.loads(line)["values"]["LIMIT"] for line in results.read_text().splitlines()[1:]] == [8, 8]
+    use()
+    assert len(done(tmp_path, results)) == 4 and results.read_text().count("\n") == 7
 
 
 @pytest.mark.parametrize(
@@ -370,3 +408,18 @@ def test_reasons_are_said_once_with_their_rows(folder: Path, tmp_path: Path) -> 
         (note,) = (line for line in notes if f": {name} is unknown because" in line)
         assert len(note.partition(":")[0].split()) == 1 + number
     assert len(notes) == len(told) and max(told.values()) > 1
+
+
+def test_two_sweeps_do_not_write_one_file(folder: Path, use: Use, tmp_path: Path) -> None:
+    """The second one is told before it checks anything; afterwards the file can be used again."""
+    results, said = tmp_path / "rows.jsonl", []
+    use()
+
+    def again(*_: object) -> None:
+        with pytest.raises(DiagnosticError, match="another sweep is writing this file") as refused:
+            sweep(folder / "SWEEP.yaml", results=results)
+        said.append(refused.value)
+
+    sweep(folder / "SWEEP.yaml", results=results, ended=again)
+    assert len(said) == 6
+    assert len(done(folder, results).rows) == 6

@@ -119,6 +119,7 @@ class Forks:
             for end, place in ((out, 1), (error, 2)):
                 os.dup2(end, place)
                 os.close(end)
+            self._kept = sys.stdout, sys.stderr  # what stands for closed ones closes its file where it is given up
             sys.stdout = open(1, "w", encoding="utf-8", errors="backslashreplace", closefd=False)  # noqa: SIM115
             sys.stderr = open(2, "w", 1, encoding="utf-8", errors="backslashreplace", closefd=False)  # noqa: SIM115
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})

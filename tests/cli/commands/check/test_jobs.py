@@ -169,6 +169,16 @@ def test_forks_end_with_the_parent(tmp_path: Path) -> None:
     assert len(children) == 2
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
+def test_streams_may_be_closed(closed: str, tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.yaml").write_text(ring(2, 3))
+    command = ["sh", "-c", f'exec "$@" {closed}', "sh", sys.executable, "-m", "llfsm_verify", "check", "--jobs", "2"]
+    done = subprocess.run([*command, "a.yaml", "b.yaml"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.count("holds")) == (0, 2 if closed == "2>&-" else 0), done
+
+
 def _children(process: int) -> list[int]:
     found = Path(f"/proc/{process}/task/{process}/children")
     return [int(each) for each in found.read_text().split()] if found.exists() else []
