@@ -68,8 +68,8 @@ class Sharing:
             weakref.finalize(self, member.close).atexit = False  # daemons end with the process, even amid a phase
         self._size = 4 * FEWEST
         self._alone_until = 0
-        self._each = 4.0
-        """Successors of a node that is looked up, as the last chunk had them."""
+        self._each, self._new = 4.0, 4.0
+        """Steps of a node, and new nodes that it leads to, as the last chunk had them."""
 
     def chunk(self, nodes: VectorSet, found: int, steps: int) -> int:
         """How many nodes to expand next; 0: that is for one thread. At `found` nodes or after `steps` steps the
@@ -78,8 +78,9 @@ class Sharing:
         count, expanded = nodes.count, block[b.EXPANDED]
         if not SMALLEST <= count <= MOST_NUMBERS or expanded < self._alone_until:
             return 0
-        room = min(nodes.limit - count, found - count, steps - block[b.SEEN_EDGES]) / self._each
-        size = int(min(count - expanded, self._size, CHUNK_ENTRIES / self._each, room, MOST_TASKS * s.NODES_EACH))
+        room = min(nodes.limit - count, found - count) / self._new, (steps - block[b.SEEN_EDGES]) / self._each
+        few = max(FEWEST, CHUNK_ENTRIES / self._each)
+        size = int(min(count - expanded, self._size, few, *room, MOST_TASKS * s.NODES_EACH))
         return size // s.NODES_EACH * s.NODES_EACH if size >= FEWEST else 0
 
     @whole
@@ -151,7 +152,7 @@ class Sharing:
             for fault, node in enumerate(first[1:]):
                 if known[fault] < 0:
                     known[fault] = node
-        self._each = max(1.0, sum(m.block[s.ENTRIES] for m in members) / size, steps / size)
+        self._each, self._new = max(1.0, steps / size), max(1.0, shared[s.FOUND] / size)
         self._size = min(2 * self._size, MOST_TASKS * s.NODES_EACH)
 
     def spread(self, nodes: VectorSet, end: int) -> int:

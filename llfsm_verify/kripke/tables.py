@@ -194,6 +194,7 @@ class Tables:
         self._group_slots = slots
         old.close()
 
+    @whole
     def narrow(self, keeps: Callable[[int], bool]) -> bool:
         """Store only edges whose letters `keeps` tells, and of those stored too; false, and nothing has changed, when
         most of these are."""

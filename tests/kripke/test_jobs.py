@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from time import monotonic, sleep
@@ -14,11 +15,14 @@ import pytest
 
 from benchmarks.ring import ring
 from llfsm_verify.arrangement.loader import load_arrangement_text
+from llfsm_verify.checking.problem import bind
+from llfsm_verify.diagnostics import Source
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.limits import Budget, Limits
+from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.semantics.lowering import lower
 from tests.cli.running import llfsm
-from tests.kripke.threads import JOBS, Knobs, contents, divided, run, timeless
+from tests.kripke.threads import JOBS, Knobs, contents, counted, divided, run, timeless
 from tests.models.cases import CASES, CaseStudy
 from tests.quick import FRESH, examples, share
 
@@ -118,6 +122,52 @@ def test_a_search_ends_its_threads() -> None:
     while len(list(Path("/proc/self/task").iterdir())) > before and monotonic() < end:
         sleep(0.01)
     assert len(list(Path("/proc/self/task").iterdir())) <= before
+
+
+BROAD = """
+name: broad
+observe: OBSERVE
+whiteboard:
+  i: {type: 0..11, init: 0, role: input}
+  j: {type: 0..3, init: 0, role: input}
+  x: {type: 0..40, init: 0}
+  y: {type: 0..40, init: 0}
+machines:
+  m:
+    inline:
+      machine: M
+      states:
+        - {name: A, on_entry: x = (x + i / 4 + 5 * (j / 3)) % 41;, transitions: [{when: "true", to: B}]}
+        - {name: B, transitions: [{when: "true", to: A}]}
+  n:
+    inline:
+      machine: N
+      states:
+        - {name: A, on_entry: y = (y * 3 + j / 2 + x + i) % 41;, transitions: [{when: "true", to: B}]}
+        - {name: B, transitions: [{when: "true", to: A}]}
+schedule: [m, n]
+"""
+"""Of a configuration with 48 steps some lead to equal ones, with equal or with other letters."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("observe", ["ringlet", "cycle"])
+@pytest.mark.parametrize("buffer", [300, 1 << 15])
+@pytest.mark.parametrize("arena", [1 << 11, 1 << 20])
+def test_many_successors_that_are_equal(observe: str, buffer: int, arena: int) -> None:
+    """Small arenas undo chunks, and small buffers end in the middle of a node."""
+    arrangement = load_arrangement_text(BROAD.replace("OBSERVE", observe))
+    lines = parse_properties([Source("broad.ltl", "p: G (i > 5 -> F x == 2)\nq: G !(j == 1 && y == 7)")])
+    program = lower(arrangement, bind(arrangement, lines).atoms, keep_all_bits=True)
+    found, tally = [], Counter[str]()
+    with divided(Knobs(smallest=64, entries=3000, stride=5, arena=arena, buffer=buffer)), counted(tally):
+        for jobs in JOBS:
+            explorer = Explorer(program, Budget(Limits()), jobs=jobs)
+            explorer.explore(None)
+            found.append(contents(explorer))
+            explorer.close()
+    assert found[1:] == found[:1] * 2
+    assert tally["threads at work"] > 4
 
 
 FAULTS = """

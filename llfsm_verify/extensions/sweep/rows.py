@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import re
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import fields
 from importlib.metadata import version
 from pathlib import Path
@@ -85,8 +87,14 @@ class ResultsFile:
         self.warnings: list[Diagnostic] = []
         head: dict[str, Json] = {"format": 1, "kind": KIND, "version": version("llfsm-verify"), "sweep": plan.digest}
         self._head = {**head, "combinations": len(plan.combinations)}
-        self._read(plan)
-        self.write(self.known.values())
+        self._lock: int | None = None
+        try:
+            self._hold()
+            self._read(plan)
+            self.write(self.known.values())
+        except BaseException:
+            self.close()
+            raise
 
     @property
     def traces(self) -> Path:
@@ -105,6 +113,29 @@ class ResultsFile:
         """Write these rows, then those that are of no combination of this sweep. DiagnosticError (E596)."""
         text = "".join(_line(each) for each in (self._head, *map(row_data, (*rows, *self._others.values()))))
         write_whole(text, str(self.path), WRONG_RESULTS, "the file of results")
+        self._hold()  # it is a new file
+
+    def close(self) -> None:
+        """Let other sweeps have the file."""
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
+
+    def _hold(self) -> None:
+        """Keep the file, where there is one, from other sweeps. DiagnosticError (E596): one has it."""
+        self.close()
+        if not self.path.is_file():
+            return
+        with suppress(OSError):  # a file that cannot be opened is told of where it is read
+            self._lock = os.open(self.path, os.O_RDONLY)
+        if self._lock is not None:
+            try:
+                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                message, hint = "another sweep is writing this file", "wait for it, or name another file with --results"
+                raise self._wrong(message, hint) from None
+            except OSError:  # a file system without locks
+                self.close()
 
     def save(self, combination: Combination, outcome: Outcome) -> Row:
         """The row of an outcome, after its traces and its line are written. DiagnosticError (E596)."""

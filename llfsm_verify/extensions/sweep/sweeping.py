@@ -162,10 +162,13 @@ def sweep(
             ended(row)
 
     left = [each for each in planned.combinations if each.number not in found]
-    stopped = _perform(left, take, scheduler, jobs)
-    rows = Rows(found, planned, stopped)
-    if kept is not None:
-        kept.write(rows.rows)
+    try:
+        rows = Rows(found, planned, _perform(left, take, scheduler, jobs))
+        if kept is not None:
+            kept.write(rows.rows)
+    finally:
+        if kept is not None:
+            kept.close()
     return rows
 
 

@@ -408,3 +408,18 @@ def test_reasons_are_said_once_with_their_rows(folder: Path, tmp_path: Path) -> 
         (note,) = (line for line in notes if f": {name} is unknown because" in line)
         assert len(note.partition(":")[0].split()) == 1 + number
     assert len(notes) == len(told) and max(told.values()) > 1
+
+
+def test_two_sweeps_do_not_write_one_file(folder: Path, use: Use, tmp_path: Path) -> None:
+    """The second one is told before it checks anything; afterwards the file can be used again."""
+    results, said = tmp_path / "rows.jsonl", []
+    use()
+
+    def again(*_: object) -> None:
+        with pytest.raises(DiagnosticError, match="another sweep is writing this file") as refused:
+            sweep(folder / "SWEEP.yaml", results=results)
+        said.append(refused.value)
+
+    sweep(folder / "SWEEP.yaml", results=results, ended=again)
+    assert len(said) == 6
+    assert len(done(folder, results).rows) == 6
