@@ -623,8 +623,12 @@ class ExpressionChecker:
             return typed.Literal(qualifier.values.index(member.text), qualifier, self.span(node))
         owners = self.scope.enumerators.get(name, ())
         if node.steps or not (owners or isinstance(expected, EnumType)):
-            if isinstance(expected, BoolType) and name.lower() in ("true", "false", "yes", "no", "on", "off"):
-                raise self.fail("E110", f"there is no variable `{name}` here", node.name, "write `true` or `false`")
+            if isinstance(expected, BoolType):
+                near = None if near_names(name, self.visible()) else near_names(name, ["true", "false"])
+                if name.lower() in ("true", "false", "yes", "no", "on", "off"):
+                    near = "write `true` or `false`"
+                if near is not None:
+                    raise self.fail("E110", f"there is no variable `{name}` here", node.name, near)
             raise self.unknown(node)
         if isinstance(expected, EnumType):
             if name in expected.values:

@@ -36,8 +36,8 @@ def arguments(parser: CommandParser) -> None:
     parser.about(
         "Check every combination of arrangements, values and property files that a file describes: a row each.",
         "llfsm sweep SWEEP.yaml --jobs 4\nllfsm sweep SWEEP.yaml --scheduler tcp://localhost:8786 --format csv",
-        "exit codes: as of `llfsm verify`, the most important one over all rows: 3 files wrong, 1 violated or a fault, "
-        "4 unknown, 0 everything holds; 2 wrong usage, 130 interrupted",
+        "exit codes: 0 everything holds, 1 violated or a fault, 2 wrong usage, 3 files wrong, 4 unknown, "
+        "130 interrupted; of several rows the most important one: 3, 1, 4, 0",
     )
     add = parser.add_argument
     add("sweep", metavar="SWEEP", help="the file that says what is combined (`llfsm schema sweep`)")

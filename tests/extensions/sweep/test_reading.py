@@ -54,6 +54,7 @@ WRONG: dict[str, tuple[str, str, int, int, str]] = {
     "range out of range": (A + "constants: {LIMIT: {from: 1, to: 12}}\n", "E128", 2, 34, "10"),
     "initial out of range": (A + "initial: {n: [21]}\n", "E128", 2, 15, "outside `n`'s range"),
     "no enumerator": (A + "initial: {light: [RED, BLUE]}\n", "E110", 2, 24, "BLUE"),
+    "no truth": (A + "initial: {go: tru}\n", "E110", 2, 15, "did you mean `true`?"),
     "an array": (A + "initial: {flags: [[true]]}\n", "E050", 2, 19, "2 elements"),
     "no whiteboard variable": (A + "parameters: {left.total: [m]}\n", "E063", 2, 27, "no whiteboard variable `m`"),
     "two at once": (A + "initial: {n: [20], left.COUNT.turns: [4]}\n", "E128", 2, 39, "turns"),

@@ -146,6 +146,8 @@ def _arrangements(names: Sequence[str]) -> list[Path]:
         if not new and names_file(name):
             note = f"note: {path} belongs to no arrangement, so it was not checked; "
             tell(without_controls(f"{note}`llfsm verify ARRANGEMENT {path}` checks it"))
+        elif not new and _is_sweep(path):
+            tell(without_controls(f"note: {path} is a sweep, so it was not checked; `llfsm sweep {path}` checks it"))
         for arrangement in new:
             found.setdefault(arrangement.resolve(), arrangement)
     return list(found.values())
@@ -194,6 +196,13 @@ def is_arrangement(path: Path) -> bool:
         return _has_machines(path)
     looks = kind_of(source) == "arrangement" and _MACHINES.search(source.text) is not None
     return looks or ARRANGEMENTS.told_by(source.text) is not None
+
+
+def _is_sweep(path: Path) -> bool:
+    try:
+        return path.suffix in ARRANGEMENTS.suffixes and kind_of(read_source(path, regular=True)[0]) == "sweep"
+    except DiagnosticError:
+        return False
 
 
 def _has_machines(path: Path) -> bool:

@@ -39,6 +39,14 @@ def test_what_belongs_to_none_is_fine(folder):
     assert llfsm("check", "compose.yaml").stdout == ""
 
 
+def test_a_sweep_that_is_named_is_told(folder):
+    (folder / "SWEEP.yaml").write_text("arrangements: [model/arrangement.yaml]\n")
+    done = llfsm("check", "SWEEP.yaml")
+    said = "note: SWEEP.yaml is a sweep, so it was not checked; `llfsm sweep SWEEP.yaml` checks it\n"
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", said)
+    assert "SWEEP" not in llfsm("check", ".", "--jobs", "1").stderr
+
+
 def test_properties_beside_no_arrangement_are_named(folder):
     """A user who names them expects that they are checked."""
     (folder / "lost.ltl").write_text("p: G false\n")
