@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import re
 import signal
@@ -85,7 +86,8 @@ def import_ahead() -> None:
         import_module(name)
     from llfsm_verify.kripke.compiled import kernels
 
-    kernels().load("explore_1", "explore_2")
+    kernels().load("explore_1", "explore_2", "explore_cycles", "cycle_pairs", "rebuild", "rehash", "spread")
+    gc.freeze()  # else the collectors of forks write to all memory that they share
 
 
 def _checked(path: Path, wanted: Options, options: Namespace, output: Output) -> int:
