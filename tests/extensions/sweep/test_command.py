@@ -143,7 +143,8 @@ def test_ctrl_c_keeps_what_is_known(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_sigterm_leaves_no_folder(tmp_path: Path) -> None:
-    path = written(tmp_path, "arrangements: [a.yaml]\ninitial: {n: {from: 0, to: 20}, left.count: {from: 0, to: 9}}\n")
+    values = "{n: {from: 0, to: 20}, left.count: {from: 0, to: 9}, right.count: {from: 0, to: 4}}"
+    path = written(tmp_path, f"arrangements: [a.yaml]\ninitial: {values}\n")
     temporary = tmp_path / "temporary"
     temporary.mkdir()
     command = [sys.executable, "-m", "llfsm_verify", "sweep", str(path), "--jobs", "1"]
@@ -160,8 +161,9 @@ def test_sigterm_leaves_no_folder(tmp_path: Path) -> None:
     done.send_signal(signal.SIGTERM)
     out, said = done.communicate(timeout=300)
     known = results.read_text().count("\n") - 1
-    assert done.returncode == 128 + signal.SIGTERM and 3 <= known < 210 and f"{known} of 210 combinations" in out
-    assert f"ended after {known} of 210 rows; to go on: llfsm sweep {path} --results {results}" in said
+    assert done.returncode == 128 + signal.SIGTERM, (known, out[-300:], said)
+    assert 3 <= known < 1050 and f"{known} of 1,050 combinations" in out
+    assert f"ended after {known} of 1,050 rows; to go on: llfsm sweep {path} --results {results}" in said
     assert not list(temporary.iterdir())
 
 
