@@ -26,7 +26,7 @@ STUDIES = {
 @pytest.fixture(params=STUDIES)
 def study(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[str, Path]:
     """A model, and a copy of its folder."""
-    for file in Path("models", request.param).iterdir():
+    for file in filter(Path.is_file, Path("models", request.param).iterdir()):
         (tmp_path / file.name).write_text(file.read_text("utf-8"), "utf-8")
     return request.param, tmp_path
 

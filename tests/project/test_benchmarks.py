@@ -215,6 +215,8 @@ def form(cells: list[list[str]]) -> list[list[str]]:
 def measured(task: Task, runs: int, with_spin: bool, all_runs: bool) -> list[Measurement]:
     """As `table.measure` would say, with invented numbers."""
     found = [Measurement(ours.NAME, task.states or 200, 1, {}, 2.0, 2.0, 1.0, 1.0, 0.5, 1 << 24)]
+    if task.shared:
+        found.append(replace(found[0], tool=ours.SHARED))
     if with_spin and task.peer is not None:
         found.append(replace(found[0], tool=spin.NAME))
     return [*found, replace(found[0], tool=table.NAIVE)] if task.naive else found
