@@ -6,9 +6,11 @@ import errno
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -142,11 +144,11 @@ def test_ctrl_c_keeps_what_is_known(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_sigterm_leaves_no_folder(tmp_path: Path) -> None:
+def test_sigterm_leaves_no_folder(tmp_path: Path, request: pytest.FixtureRequest) -> None:
     values = "{n: {from: 0, to: 20}, left.count: {from: 0, to: 9}, right.count: {from: 0, to: 4}}"
     path = written(tmp_path, f"arrangements: [a.yaml]\ninitial: {values}\n")
-    temporary = tmp_path / "temporary"
-    temporary.mkdir()
+    temporary = Path(tempfile.mkdtemp(prefix="t"))  # short: names of sockets have at most 107 characters
+    request.addfinalizer(lambda: shutil.rmtree(temporary, ignore_errors=True))
     command = [sys.executable, "-m", "llfsm_verify", "sweep", str(path), "--jobs", "1"]
     results = tmp_path / "SWEEP.results.jsonl"
     done = subprocess.Popen(
