@@ -26,6 +26,8 @@ CHUNK_ENTRIES = 1 << 17
 """Successors of a chunk, about: tables of them stay in the cache."""
 ARENA_ENTRIES = 1 << 20
 """Successors of a chunk for which each thread has room."""
+MARGIN = 1.25
+"""So many times as many new nodes as the last chunk had, for each node, should have room."""
 MOST_TASKS = 1 << 12
 MOST_NUMBERS = (1 << 32) - (MOST_TASKS << s.POSITION_BITS) - 2
 """Nodes up to which there are temporary numbers behind them."""
@@ -78,7 +80,10 @@ class Sharing:
         count, expanded = nodes.count, block[b.EXPANDED]
         if not SMALLEST <= count <= MOST_NUMBERS or expanded < self._alone_until:
             return 0
-        room = min(nodes.limit - count, found - count) / self._new, (steps - block[b.SEEN_EDGES]) / self._each
+        room = (
+            min(nodes.limit - count, found - count) / (MARGIN * self._new),
+            (steps - block[b.SEEN_EDGES]) / self._each,
+        )
         few = max(FEWEST, CHUNK_ENTRIES / self._each)
         size = int(min(count - expanded, self._size, few, *room, MOST_TASKS * s.NODES_EACH))
         return size // s.NODES_EACH * s.NODES_EACH if size >= FEWEST else 0
@@ -120,8 +125,9 @@ class Sharing:
             self._alone(s.UNDO)
             if full and shared[s.FAILED] == 0:
                 return b.ROOM_EDGES
-            self._size = max(FEWEST, self._size // 4)
-            self._alone_until = block[b.EXPANDED] + (size if stops else self._size)
+            full = bool(shared[s.FAILED] == s.NO_ROOM)
+            self._size = max(FEWEST, size // (2 if full else 4))
+            self._alone_until = block[b.EXPANDED] + (size if stops else FEWEST if full else self._size)
             return b.PORTION
         self._all(s.NUMBER, tasks)
         if block[b.WITH_EDGES]:
