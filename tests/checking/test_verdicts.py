@@ -323,7 +323,7 @@ def test_limits_hold_inside_the_successors_of_one_configuration(check, observe: 
 
 
 def test_an_input_too_wide_to_enumerate_is_unknown_and_named(check, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("llfsm_verify.kripke.explore.MAX_STEPS", 10_000)
+    monkeypatch.setattr("llfsm_verify.kripke.kernels.blocks.MAX_STEPS", 10_000)
     text = (
         TOGGLE.replace("go: {type: bool", "wide: {type: uint16")
         .replace("not go", "wide < 9")

@@ -19,7 +19,7 @@ from llfsm_verify.arrangement import build_arrangement, load_arrangement_text
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.verdict import Options
 from llfsm_verify.diagnostics import DiagnosticError, Source
-from llfsm_verify.kripke import explore
+from llfsm_verify.kripke.kernels import blocks
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.report.lint import lint_text
@@ -303,7 +303,7 @@ def test_runs_where_inputs_are_too_wide_to_enumerate() -> None:
     whiteboard = {n: {"type": "0..65535", "role": "input"} for n in ("a", "b")}
     whiteboard["k"] = {"type": "0..65535"}
     states = [state("A", ("b > 40000", "B"), on_entry="k = a + b;"), state("B", ("k / a == 7", "A"))]
-    with patch.object(explore, "MAX_STEPS", 5_000):
+    with patch.object(blocks, "MAX_STEPS", 5_000):
         result = lint(build_arrangement(arrangement(states, whiteboard)))
     assert not result.complete
     faults = [f for f in result.shown if f.code in ("L007", "L008")]
