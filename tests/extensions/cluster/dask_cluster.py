@@ -75,7 +75,7 @@ class DaskCluster:
         with (self.folder / f"{module}.log").open("ab") as log:
             return subprocess.Popen(
                 command, env={**os.environ, **settings, **(environment or {})}, stdin=subprocess.DEVNULL, stdout=log,
-                stderr=log, start_new_session=True,
+                stderr=log, start_new_session=True, cwd=self.folder,
             )  # fmt: skip
 
     def _wait(self, done: object) -> None:
