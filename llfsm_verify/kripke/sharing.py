@@ -125,9 +125,9 @@ class Sharing:
             self._alone(s.UNDO)
             if full and shared[s.FAILED] == 0:
                 return b.ROOM_EDGES
-            full = bool(shared[s.FAILED] == s.NO_ROOM)
-            self._size = max(FEWEST, size // (2 if full else 4))
-            self._alone_until = block[b.EXPANDED] + (size if stops else FEWEST if full else self._size)
+            lacked = bool(shared[s.FAILED] == s.NO_ROOM)
+            self._size = max(FEWEST, size // (2 if lacked else 4))
+            self._alone_until = block[b.EXPANDED] + (size if stops else FEWEST if lacked else self._size)
             return b.PORTION
         self._all(s.NUMBER, tasks)
         if block[b.WITH_EDGES]:

@@ -205,7 +205,7 @@ class _Files:
             more = f" and {len(having) - 3:,} others" if len(having) > 3 else ""
             hint = f"write a sweep of its own for those that have it: {', '.join(having[:3])}{more}"
         else:
-            there = f"there are: {', '.join(wrong.known[:20])}" if wrong.known else "leave it out: there is none at all"
+            there = f"there are: {', '.join(wrong.known[:20])}" if wrong.known else "leave it out: there are none"
             hint = did_you_mean(wrong.name, wrong.known) or there
         return DiagnosticError(Diagnostic(NO_NAME, what, axis.place, hint=hint))
 
